@@ -45,6 +45,9 @@ constexpr Scalar kMostTurn = 1;
 constexpr Scalar kMostGrowth = 1.3;
 constexpr Scalar kMostSlip = 2;
 
+// A motion may leave the trocar by this fraction of the rest offset.
+constexpr Scalar kTrocarShare = 0.5;
+
 // So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
 constexpr int kFewestHolds = 8;
 
@@ -69,13 +72,20 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 
 ActiveContacts::ActiveContacts(const LoopScene& scene)
     : scene_(scene),
-      solver_(scene.options.coupling, scene.hinges, scene.bodies,
+      solver_(scene.options.coupling, scene.hinges, scene.bodies, scene.trocar,
               std::size_t(scene.options.max_contacts)) {
   found_.reserve(kReservedHolds);
 }
 
 void ActiveContacts::forget(std::size_t obstacle) {
   std::erase_if(holds_, [&](const HoldPoint& hold) { return hold.obstacle == obstacle; });
+}
+
+void ActiveContacts::forget_all() {
+  holds_.clear();
+  last_holds_.clear();
+  was_hasty_ = false;
+  search_work_ = 0;
 }
 
 // A search that is cut off would be so again in the next tick, before the tool has moved: the next
@@ -275,7 +285,7 @@ ToolStep ActiveContacts::solve(const Course& course, const StepGoal& goal, WorkC
 // How much of a step's duration is tried at once.
 Scalar ActiveContacts::horizon_of(const Course& course, const ToolStep& step,
                                   Scalar duration) const {
-  if (holds_.empty()) return duration;
+  if (!can_hold()) return duration;
   Scalar turn = step.w_W.norm();
   for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
   Scalar part = std::min(Scalar{1}, kMostTurn / turn);
@@ -288,7 +298,21 @@ Scalar ActiveContacts::horizon_of(const Course& course, const ToolStep& step,
     const Scalar most = course.pace * (kMostGrowth * last + kMostSlip * scene_.options.rest_offset);
     part = std::min(part, (most + kMostGrowth * tissue) / size_of(course, body, step));
   }
+  part = std::min(part, trocar_part(course.pose, step));
   return part < 1 ? part * duration : duration;
+}
+
+// A motion with the turn w and the displacement v leaves the trocar by what these add at second
+// order, at most |w| (|w| l / 2 + |v|) if T's origin is l away. A wish to go across the axis
+// becomes a turn, too.
+Scalar ActiveContacts::trocar_part(const ToolPose& from, const ToolStep& step) const {
+  if (!scene_.trocar) return 1;
+  const Vector3 axis_W = (from.X_WT.rotation() * scene_.trocar->axis_T).normalized();
+  const Vector3 away_W = scene_.trocar->p_W - from.X_WT.translation();
+  const Scalar lever = std::max(away_W.norm(), reach_of(scene_.bodies));
+  const Scalar turn = step.w_W.norm() + step.v_W.cross(axis_W).norm() / lever;
+  const Scalar error = turn * (turn * lever / 2 + step.v_W.norm());
+  return std::min(Scalar{1}, std::sqrt(kTrocarShare * scene_.options.rest_offset / error));
 }
 
 void ActiveContacts::add_hit(const HoldPoint& hit) {

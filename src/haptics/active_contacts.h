@@ -28,6 +28,10 @@ class ActiveContacts {
   explicit ActiveContacts(const LoopScene& scene);
 
   std::span<const HoldPoint> holds() const { return holds_; }
+  /// Whether anything is in the way of a step; otherwise it need not be solved for.
+  bool can_hold() const { return !holds_.empty() || scene_.trocar; }
+  /// The trocar's force in the last solve.
+  const Vector3& trocar_force_W() const { return solver_.trocar_force_W(); }
 
   /// Finds them for a motion that shall go by `wish` in the time `duration`. Starts with the
   /// impulses that they had.
@@ -44,12 +48,17 @@ class ActiveContacts {
   bool is_contradiction() const { return solver_.is_contradiction(); }
   /// How much of a step's duration is tried at once.
   Scalar horizon_of(const Course& course, const ToolStep& step, Scalar duration) const;
+  /// How much of a step can be made at once without leaving the trocar; 1 if there is none.
+  Scalar trocar_part(const ToolPose& from, const ToolStep& step) const;
   /// A place where a proof found that the tool is held.
   void add_hit(const HoldPoint& hit);
   /// Time in which they move with the tool and with tissue.
   void pass(Scalar time) { holds_since_ += time; }
   /// The obstacle is another mesh now.
   void forget(std::size_t obstacle);
+  /// The tool is elsewhere.
+  void forget_all();
+  void set_coupling(const CouplingOptions& coupling) { solver_.set_coupling(coupling); }
 
  private:
   Scalar likely_step(const Course& course, const ToolBody& body, const ToolMotion& wished,

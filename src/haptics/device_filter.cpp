@@ -43,6 +43,12 @@ bool DeviceFilter::is_within_reach(const ToolPose& from, const ToolPose& to, Sca
   return step.v_W.norm() + reach_ * step.w_W.norm() <= largest_speed_ * time;
 }
 
+void DeviceFilter::reset() {
+  goal_.reset();
+  doubted_.reset();
+  goal_age_ = doubted_age_ = 0;
+}
+
 DeviceFilter::Verdict DeviceFilter::judge(const DevicePose& device, Scalar dt) {
   const std::optional<ToolPose> pose = checked(device);
   if (!(dt >= 0 && dt < kInfinity)) return Verdict::Invalid;

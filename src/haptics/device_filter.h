@@ -20,6 +20,8 @@ class DeviceFilter {
     Outlier,  ///< farther from the last one than a hand moves, and from the one before
     Invalid,
   };
+  /// Forgets all poses.
+  void reset();
   /// Judges the pose of a tick and keeps it as goal() if it is usable.
   Verdict judge(const DevicePose& device, Scalar dt);
 

@@ -36,6 +36,9 @@ struct SessionState {
   DeviceFilter filter;
   VirtualCoupling coupling;
   WorkClock clock;
+  // Springs that shall act as soon as they may.
+  CouplingOptions wanted = options.coupling;
+  bool is_stiffening = false;  // not all of them do
   HapticTick tick;
   Scalar time = 0;
   // Memory of find_contacts().
@@ -103,6 +106,14 @@ void require_valid(const HapticScene& scene) {
     DYOP_REQUIRE(std::isfinite(hinge.angle), "HapticSession: a hinge's angle must be finite, not ",
                  hinge.angle);
   }
+  if (scene.trocar) {
+    const ToolTrocar& trocar = *scene.trocar;
+    const Scalar length = trocar.axis_T.norm();
+    DYOP_REQUIRE(
+        length > 0 && length < kInfinity && trocar.p_W.allFinite() && trocar.p_T.allFinite(),
+        "HapticSession: the trocar's points must be finite, and its axis not (",
+        trocar.axis_T.transpose(), ")");
+  }
   for (std::size_t k = 0; k < scene.obstacles.size(); ++k) {
     const ToolObstacle& obstacle = scene.obstacles[k];
     const auto require = [&](const char* name, Scalar value) {
@@ -161,6 +172,7 @@ void tell_contacts(const SessionState& state, HapticTick& tick) {
     (contact.state == ContactState::Open ? tick.candidates : tick.contacts).push_back(contact);
   }
   tick.impulses = proxy.impulses();
+  tick.trocar_force_W = proxy.trocar_force_W();
 }
 
 // A bound of the speed of all points of a body if the tool keeps the motion of this tick.
@@ -252,6 +264,22 @@ void follow_in_soft_regions(SessionState& state, Scalar dt) {
   }
 }
 
+// The energy that springs hold must not grow with their stiffness, so that waits until they hold
+// none.
+void stiffen(SessionState& state, bool is_free) {
+  const auto allowed = [&](const Vector3& now, const Vector3& wanted) {
+    return is_free ? wanted : Vector3(now.cwiseMin(wanted));
+  };
+  const CouplingOptions& now = state.coupling.options();
+  CouplingOptions next = state.wanted;
+  next.stiffness = allowed(now.stiffness, next.stiffness);
+  next.rotational_stiffness = allowed(now.rotational_stiffness, next.rotational_stiffness);
+  state.coupling.set_options(next);
+  state.proxy.set_coupling(next);
+  state.is_stiffening = next.stiffness != state.wanted.stiffness ||
+                        next.rotational_stiffness != state.wanted.rotational_stiffness;
+}
+
 // The stages of a tick up to the clearances. Without a device pose the proxy stays where it is,
 // unless tissue pushes it. A tick that only has to leave soft regions and clearances to the next
 // has done all that its status tells.
@@ -301,6 +329,7 @@ const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar
   tell_clearances(state, outcome.step, outcome.dt, tick);
   tell_wrench(state, outcome.verdict, dt, tick);
   tick.status = status_of(outcome);
+  if (state.is_stiffening) stiffen(state, tick.status == HapticStatus::Free);
   return tick;
 }
 
@@ -322,6 +351,7 @@ void require_places(const SessionState& state, const char* name,
 }
 
 void require_duration(const SessionState& state, const char* name, Scalar duration) {
+  // As constructed: another thread may ask.
   const Scalar least = kLeastDuration * state.options.coupling.period;
   DYOP_REQUIRE(duration >= least && duration < kInfinity, name,
                ": duration must be finite and at least a millionth of the period, ", least,
@@ -449,6 +479,35 @@ const HapticTick& HapticSession::replay(const DevicePose& device, Scalar dt,
   return tick;
 }
 
+void HapticSession::set_coupling(const CouplingOptions& coupling) {
+  const VirtualCoupling checked(coupling);
+  state_->wanted = checked.options();
+  const HapticStatus last = state_->tick.status;
+  stiffen(*state_, last == HapticStatus::Free || last == HapticStatus::NotRun);
+}
+
+const CouplingOptions& HapticSession::coupling() const {
+  return state_->coupling.options();
+}
+
+void HapticSession::reset(const ToolPose& tool) {
+  const Scalar most = haptics_internal::largest_coordinate(state_->options);
+  const Vector3& p_WT = tool.X_WT.translation();
+  DYOP_REQUIRE(p_WT.cwiseAbs().maxCoeff() <= most, "HapticSession: reset to (", p_WT.transpose(),
+               "), coordinates must be at most ", most);
+  for (const Scalar angle : tool.angles) {
+    DYOP_REQUIRE(std::isfinite(angle), "HapticSession: reset to an angle of ", angle);
+  }
+  state_->proxy.reset(tool);
+  for (const auto& region : state_->soft_regions) region->reset(tool);
+  state_->filter.reset();
+  state_->coupling.release();
+  haptics_internal::WorkClock unlimited;
+  state_->proxy.measure(haptics_internal::WorkShare(unlimited), state_->tick.statistics);
+  state_->tick.status = HapticStatus::NotRun;
+  state_->tick.tool = tool;
+}
+
 const HapticTick& HapticSession::last() const {
   return state_->tick;
 }
@@ -458,7 +517,7 @@ Scalar HapticSession::time() const {
 }
 
 bool HapticSession::is_passive() const {
-  const CouplingOptions& springs = state_->options.coupling;
+  const CouplingOptions& springs = state_->coupling.options();
   const bool is_soft = std::all_of(
       state_->soft_regions.begin(), state_->soft_regions.end(), [&](const auto& region) {
         return springs.device_damping >

@@ -37,7 +37,7 @@ constexpr std::size_t kFrame = 0, kFixed = 1, kFirstHinge = 2;
 
 // What a factorisation counts for.
 int size_of(const ContactProblem& problem) {
-  return kFactorisation + int(problem.contacts.size());
+  return kFactorisation + int(problem.contacts.size() + problem.rows.size());
 }
 
 int newton_limit(const ContactProblem& problem, int work) {
@@ -51,19 +51,26 @@ Matrix3 inverse_diagonal(const Vector3& values) {
 }  // namespace
 
 HoldSolver::HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
-                       std::span<const ToolBody> bodies, std::size_t most_contacts)
-    : inverse_stiffness_(inverse_diagonal(coupling.stiffness)),
-      inverse_turn_stiffness_(inverse_diagonal(coupling.rotational_stiffness)),
-      hinges_(hinges.begin(), hinges.end()) {
+                       std::span<const ToolBody> bodies, const std::optional<ToolTrocar>& trocar,
+                       std::size_t most_contacts)
+    : hinges_(hinges.begin(), hinges.end()), trocar_(trocar) {
+  set_coupling(coupling);
   for (const ToolBody& body : bodies) hinge_of_body_.push_back(body.hinge);
   problem_.bodies.reserve(kFirstHinge + hinges_.size());
   problem_.contacts.reserve(most_contacts);
+  problem_.rows.reserve(2);
+}
+
+void HoldSolver::set_coupling(const CouplingOptions& coupling) {
+  inverse_stiffness_ = inverse_diagonal(coupling.stiffness);
+  inverse_turn_stiffness_ = inverse_diagonal(coupling.rotational_stiffness);
 }
 
 // All bodies are referred to T's origin.
 void HoldSolver::place_bodies(const StepGoal& goal) {
   problem_.bodies.clear();
   problem_.contacts.clear();
+  problem_.rows.clear();
   ContactBody frame;
   frame.inverse_mass_W = inverse_stiffness_;
   frame.inverse_inertia_W = inverse_turn_stiffness_;
@@ -77,6 +84,30 @@ void HoldSolver::place_bodies(const StepGoal& goal) {
     angle.inverse_inertia_W = axis * axis.transpose() / hinges_[k].stiffness;
     angle.free_w_W = -goal.wish.angles[k] * axis;
     problem_.bodies.push_back(angle);
+  }
+}
+
+// The point c of the axis that is nearest to the trocar P must come to it, across the axis: with e
+// across, e . (v + w x (c - o)) = e . (P - c).
+void HoldSolver::add_trocar(const StepGoal& goal) {
+  if (!trocar_) return;
+  const RigidPose& X_WT = goal.from.X_WT;
+  const Vector3 axis_W = (X_WT.rotation() * trocar_->axis_T).normalized();
+  const Vector3 p_W = X_WT * trocar_->p_T;
+  const Vector3 c_W = p_W + axis_W * axis_W.dot(trocar_->p_W - p_W);
+  Vector3 missing_W = trocar_->p_W - c_W;
+  const Scalar gap = missing_W.norm();
+  if (gap > goal.recovery) missing_W *= goal.recovery / gap;
+  const Vector3 first = axis_W.unitOrthogonal();
+  for (const Vector3& across : {first, Vector3(axis_W.cross(first))}) {
+    JointRow row;
+    row.body_a = kFixed;
+    row.body_b = kFrame;
+    row.j_bv_W = across;
+    row.j_bw_W = (c_W - X_WT.translation()).cross(across);
+    row.target = across.dot(missing_W);
+    row.impulse = across.dot(trocar_force_W_);
+    problem_.rows.push_back(row);
   }
 }
 
@@ -139,6 +170,7 @@ ToolStep HoldSolver::read_step(const StepGoal& goal) const {
 void HoldSolver::build(const StepGoal& goal, Obstacles obstacles,
                        std::span<const HoldPoint> holds) {
   place_bodies(goal);
+  add_trocar(goal);
   for (const HoldPoint& hold : holds) add_hold(goal, *obstacles[hold.obstacle], hold);
 }
 
@@ -175,6 +207,8 @@ ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vecto
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }
+  trocar_force_W_.setZero();
+  for (const JointRow& row : problem_.rows) trocar_force_W_ += row.impulse * row.j_bv_W;
   if (!is_solved && !clock.cutoff()) keep_gaps(goal, obstacles, holds, clock);
   if (clock.cutoff()) return {};
   return read_step(goal);

@@ -30,7 +30,11 @@ struct StepGoal {
 class HoldSolver {
  public:
   HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
-             std::span<const ToolBody> bodies, std::size_t most_contacts);
+             std::span<const ToolBody> bodies, const std::optional<ToolTrocar>& trocar,
+             std::size_t most_contacts);
+
+  /// Other springs from now on.
+  void set_coupling(const CouplingOptions& coupling);
 
   /// Writes the impulses into `holds`. If the clock runs out, they are only a good start for the
   /// next solve, and the step is none.
@@ -38,6 +42,8 @@ class HoldSolver {
                  std::vector<HoldPoint>& holds, WorkClock& clock);
   /// Whether no step was found in the last solve that keeps all gaps from shrinking.
   bool is_contradiction() const { return is_contradiction_; }
+  /// The trocar's force on the tool in the last solve.
+  const Vector3& trocar_force_W() const { return trocar_force_W_; }
 
  private:
   using Obstacles = std::span<const std::unique_ptr<Obstacle>>;
@@ -45,16 +51,19 @@ class HoldSolver {
   void build(const StepGoal& goal, Obstacles obstacles, std::span<const HoldPoint> holds);
   void place_bodies(const StepGoal& goal);
   void add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold);
+  void add_trocar(const StepGoal& goal);
   Vector3 axis_of(const StepGoal& goal, std::size_t hinge) const;
   bool run(const StepGoal& goal, int limit, WorkClock& clock);
   void keep_gaps(const StepGoal& goal, Obstacles obstacles, std::span<const HoldPoint> holds,
                  WorkClock& clock);
   ToolStep read_step(const StepGoal& goal) const;
 
-  const Matrix3 inverse_stiffness_;
-  const Matrix3 inverse_turn_stiffness_;
+  Matrix3 inverse_stiffness_;
+  Matrix3 inverse_turn_stiffness_;
   std::vector<ToolHinge> hinges_;
   std::vector<std::optional<std::size_t>> hinge_of_body_;
+  std::optional<ToolTrocar> trocar_;
+  Vector3 trocar_force_W_ = Vector3::Zero();
   ContactProblem problem_;
   ContactCascade solver_;
   bool is_contradiction_ = false;

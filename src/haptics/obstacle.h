@@ -181,6 +181,7 @@ struct LoopScene {
 
   HapticOptions options;
   std::vector<ToolHinge> hinges;
+  std::optional<ToolTrocar> trocar;
   std::vector<ToolBody> bodies;
   std::vector<std::unique_ptr<Obstacle>> obstacles;
 };

@@ -59,7 +59,10 @@ ToolPose start_pose(const HapticScene& scene) {
 }  // namespace
 
 LoopScene::LoopScene(const HapticScene& scene, const HapticOptions& given)
-    : options(given), hinges(scene.hinges), bodies(make_tool_bodies(scene, has_deforming(scene))) {
+    : options(given),
+      hinges(scene.hinges),
+      trocar(scene.trocar),
+      bodies(make_tool_bodies(scene, has_deforming(scene))) {
   for (const ToolObstacle& obstacle : scene.obstacles) {
     obstacles.push_back(make_obstacle(obstacle));
   }
@@ -68,6 +71,17 @@ LoopScene::LoopScene(const HapticScene& scene, const HapticOptions& given)
 Proxy::Proxy(const HapticScene& scene, const HapticOptions& options)
     : scene_(scene, options), proofs_(scene_), contacts_(scene_) {
   course_.pose = start_pose(scene);
+}
+
+void Proxy::reset(const ToolPose& pose) {
+  for (std::size_t k = 0; k < scene_.obstacles.size(); ++k) forget(k);
+  contacts_.forget_all();
+  Course at_rest;
+  at_rest.pose = pose;
+  course_ = at_rest;
+  last_goal_.reset();
+  stuck_ticks_ = 0;
+  was_escape_cut_ = false;
 }
 
 // --- a tick
@@ -229,8 +243,10 @@ Proxy::Plan Proxy::plan(const ToolPose& goal, const Piece& piece) const {
     plan.wish.v_W = scene_.options.recovery_speed * piece.duration * *out_W;
     return plan;
   }
-  const Scalar part = course_.pace * piece.duration / piece.remaining;
-  return {scaled(step_between(course_.pose, goal), part), part};
+  const ToolStep whole = step_between(course_.pose, goal);
+  Scalar part = course_.pace * piece.duration / piece.remaining;
+  part = std::min(part, contacts_.trocar_part(course_.pose, whole));
+  return {scaled(whole, part), part};
 }
 
 // Solves and proves by turns until a step is free as far as it is tried; of all that were tried the
@@ -242,7 +258,7 @@ Proxy::Motion Proxy::find_motion(const StepGoal& goal, Following& tick) {
   ToolStep step = goal.wish;
   for (int attempt = 0; attempt < scene_.options.max_attempts; ++attempt) {
     if (tick.clock.is_over()) break;
-    const bool is_held = !contacts_.holds().empty();
+    const bool is_held = contacts_.can_hold();
     if (is_held) step = contacts_.solve(course_, goal, tick.clock, tick.work);
     if (tick.clock.cutoff()) break;
     const ToolMotion motion(course_.pose, step, goal.duration, scene_.hinges);

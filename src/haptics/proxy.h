@@ -106,7 +106,9 @@ class Proxy {
   /// The force of a hold on the tool in the last solve, as if that had been for the whole way to
   /// the goal.
   Vector3 force_W(const HoldPoint& hold) const { return hold.impulse_W / goal_part_; }
-  /// Of the holds over the last follow(), in its unit of time.
+  /// The same of the trocar.
+  Vector3 trocar_force_W() const { return contacts_.trocar_force_W() / goal_part_; }
+  /// Impulses of the holds over the last follow(), in its unit of time.
   const std::vector<ToolImpulse>& impulses() const { return impulses_; }
   std::span<const ProxyPair> pairs() const { return proofs_.pairs(); }
   std::span<const std::unique_ptr<Obstacle>> obstacles() const { return scene_.obstacles; }
@@ -117,6 +119,9 @@ class Proxy {
   /// stays where it is, as long as tissue lets it.
   FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
+  /// The tool is elsewhere: nothing is known.
+  void reset(const ToolPose& pose);
+  void set_coupling(const CouplingOptions& coupling) { contacts_.set_coupling(coupling); }
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(WorkShare share, TickStatistics& work) {
     proofs_.measure(course_.pose, share, work);

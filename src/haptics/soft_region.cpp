@@ -41,6 +41,11 @@ SoftRegion::SoftRegion(const HapticScene& scene, std::size_t number, const Hapti
       proxy_(region_alone(scene, number, kTurnStiffness * stiffness_ * reach_ * reach_,
                           options.rest_offset),
              with_spring(options, stiffness_, kTurnStiffness * stiffness_ * reach_ * reach_)) {
+  reset(proxy_.pose());
+}
+
+void SoftRegion::reset(const ToolPose& tool) {
+  proxy_.reset(tool);
   WorkClock unlimited;
   TickStatistics work;
   proxy_.measure(WorkShare(unlimited), work);

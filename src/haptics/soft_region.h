@@ -19,6 +19,8 @@ class SoftRegion {
   /// Its own copy of the obstacle, which gets the same snapshots.
   Obstacle& region() const { return *proxy_.obstacles().front(); }
 
+  /// The tool is elsewhere.
+  void reset(const ToolPose& tool);
   /// Follows the tool while time dt passes.
   void follow(const ToolPose& tool, Scalar dt, WorkClock& clock, TickStatistics& work);
   /// The pull on the tool, about p_W.

@@ -43,7 +43,11 @@ Scalar least_passive_damping(Scalar stiffness, Scalar damping, Scalar period) {
   return stiffness * period / 2 + std::abs(damping);
 }
 
-VirtualCoupling::VirtualCoupling(const CouplingOptions& options) : options_(options) {
+VirtualCoupling::VirtualCoupling(const CouplingOptions& options) {
+  set_options(options);
+}
+
+void VirtualCoupling::set_options(const CouplingOptions& options) {
   require_axes("stiffness", options.stiffness, false);
   require_axes("damping", options.damping, true);
   require_axes("rotational_stiffness", options.rotational_stiffness, false);
@@ -59,6 +63,7 @@ VirtualCoupling::VirtualCoupling(const CouplingOptions& options) : options_(opti
                options.device_rotational_damping);
   DYOP_REQUIRE(options.period > 0 && options.period < kInfinity,
                "VirtualCoupling: period must be finite and > 0, not ", options.period);
+  options_ = options;
 }
 
 bool VirtualCoupling::is_passive() const {

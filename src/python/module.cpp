@@ -36,6 +36,9 @@ PYBIND11_MODULE(_dyop, m) {
 #ifdef DYOP_HAS_RECORDING
   dyop::python::bind_recordings(m);
 #endif
+#ifdef DYOP_HAS_HAPTICS
+  dyop::python::bind_haptics(m);
+#endif
   dyop::python::bind_view(m);
   dyop::python::explain_refused_calls(m);
 }

@@ -17,7 +17,7 @@ using testing::device_at;
 using testing::haptic_options;
 using testing::kMillisecond;
 
-HapticScene over_sheet(Scalar height) {
+HapticScene ball_over_sheet(Scalar height) {
   HapticScene scene = testing::ball_tool(2, {0.3, 0.2, height});
   scene.obstacles.push_back(testing::deforming_tissue(testing::sheet(40, 8)));
   return scene;
@@ -25,7 +25,7 @@ HapticScene over_sheet(Scalar height) {
 
 // A hand that strokes through the air and along tissue, one sample of which is 500 mm off.
 int braked_after_an_outlier(const HapticOptions& options, Scalar depth) {
-  HapticSession session(over_sheet(4), options);
+  HapticSession session(ball_over_sheet(4), options);
   int braked = 0;
   for (int k = 0; k < 1500; ++k) {
     const Scalar height = k < 300 ? 4 - (4 - depth) * std::sin(std::acos(-1) * k / 300) : 6;
@@ -55,7 +55,7 @@ TEST(DeviceFilter, AnOutlierIsNotBrakedForTheRestOfTheRun) {
 TEST(DeviceFilter, AnOutlierIsIgnoredAndSaid) {
   HapticOptions options = haptic_options();
   options.largest_device_speed = 5000;
-  HapticSession session(over_sheet(4), options);
+  HapticSession session(ball_over_sheet(4), options);
   for (int k = 0; k < 100; ++k) {
     session.update(device_at({0.3, 0.2, std::max(1.0, 4 - 0.05 * k)}), kMillisecond);
   }
@@ -79,7 +79,7 @@ TEST(DeviceFilter, AnOutlierIsIgnoredAndSaid) {
 TEST(DeviceFilter, AJumpThatIsConfirmedIsFollowedAndIsNoWorkOfTheHand) {
   HapticOptions options = haptic_options();
   options.largest_device_speed = 5000;
-  HapticSession session(over_sheet(4), options);
+  HapticSession session(ball_over_sheet(4), options);
   for (int k = 0; k < 10; ++k) session.update(device_at({0.3, 0.2, 4}), kMillisecond);
   EXPECT_EQ(session.update(device_at({300, 0, 40}), kMillisecond).status, HapticStatus::Outlier);
   const Scalar energy = session.last().energy_returned;
@@ -98,7 +98,7 @@ TEST(DeviceFilter, AJumpThatIsConfirmedIsFollowedAndIsNoWorkOfTheHand) {
 
 // Where rounding is as large as the rest offset nothing can be proven.
 TEST(DeviceFilter, PosesBeyondAllMeasureAreInvalidAndDoNotHarm) {
-  HapticSession session(over_sheet(4), haptic_options());
+  HapticSession session(ball_over_sheet(4), haptic_options());
   session.update(device_at({0.3, 0.2, 4}), kMillisecond);
   for (const Scalar far : {1e10, 1e30, 1e300}) {
     EXPECT_EQ(session.update(device_at({far, 0, 0}), kMillisecond).status,
@@ -111,7 +111,7 @@ TEST(DeviceFilter, PosesBeyondAllMeasureAreInvalidAndDoNotHarm) {
 }
 
 TEST(DeviceFilter, SnapshotsThatWouldStopTissueForGoodAreRefused) {
-  HapticSession session(over_sheet(4), haptic_options());
+  HapticSession session(ball_over_sheet(4), haptic_options());
   std::vector<Vector3> vertices = testing::sheet(40, 8).vertices;
   const auto refusal = [&](Scalar duration) {
     return testing::message_of([&] { session.give_snapshot(0, vertices, duration); });
@@ -136,7 +136,7 @@ TEST(DeviceFilter, RefusesASpeedThatIsNone) {
   HapticOptions options = haptic_options();
   options.largest_device_speed = -1;
   EXPECT_NE(testing::message_of([&] {
-              HapticSession(over_sheet(4), options);
+              HapticSession(ball_over_sheet(4), options);
             }).find("largest_device_speed must be > 0, not -1"),
             std::string::npos);
 }

@@ -50,7 +50,7 @@ struct HeldTool {
 
   // Returns its work.
   std::int64_t solve() {
-    HoldSolver solver(coupling, hinges, bodies, holds.size());
+    HoldSolver solver(coupling, hinges, bodies, {}, holds.size());
     WorkClock clock;
     clock.start(WorkClock::Deadline());
     step = solver.solve(goal, obstacles, holds, clock);

@@ -21,7 +21,7 @@ using testing::device_at;
 using testing::haptic_options;
 using testing::kMillisecond;
 
-constexpr Scalar kFriction = 0.3;
+constexpr Scalar kSheetFriction = 0.3;
 
 std::vector<Vector3> shifted(const std::vector<Vector3>& vertices, const Vector3& by) {
   std::vector<Vector3> result = vertices;
@@ -51,7 +51,7 @@ class MovingSheet {
 
   static HapticScene scene(const testing::MeshArrays& sheet) {
     HapticScene scene = testing::ball_tool(2, {0.3, 0.2, 3});
-    scene.obstacles.push_back(testing::deforming_tissue(sheet, kFriction));
+    scene.obstacles.push_back(testing::deforming_tissue(sheet, kSheetFriction));
     return scene;
   }
   static HapticOptions options() { return haptic_options(); }

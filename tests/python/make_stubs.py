@@ -82,6 +82,7 @@ BY_NAME = {
     "file": "Union[str, os.PathLike[str]]",
     "poses": "Union[ArrayLike, Sequence[PoseLike], Tuple[ArrayLike, ArrayLike]]",
     "motions": "Sequence[Motion]",
+    "device": "Union[PoseLike, DevicePose]",
     "wrench": "Optional[Callable[[float, MotionState], Union[Wrench, Tuple[ArrayLike, ArrayLike]]]]",
     "deadline": "Optional[float]",
     "mesh_directories": "Sequence[Union[str, os.PathLike[str]]]",

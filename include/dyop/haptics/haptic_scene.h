@@ -56,12 +56,24 @@ struct ToolObstacle {
   Scalar soft_stiffness = 0;
 };
 
+/// A point that the shaft of the tool must pass, as in a trocar: the tool slides and turns through
+/// it, and it turns about it. An ideal constraint of the tool's motion, which the hand feels; not
+/// an obstacle.
+struct ToolTrocar {
+  Vector3 p_W = Vector3::Zero();      ///< the point
+  Vector3 p_T = Vector3::Zero();      ///< a point of the shaft's axis, tool frame
+  Vector3 axis_T = Vector3::UnitZ();  ///< along it; any length but zero
+};
+
 /// Everything a HapticSession needs. Any consistent units.
 struct HapticScene {
   std::vector<ToolPart> tool;
   std::vector<ToolHinge> hinges;
   std::vector<ToolObstacle> obstacles;
   RigidPose X_WT;  ///< where the tool starts
+  /// At the end of every tick the axis passes it by at most the rest offset; a tool that starts
+  /// farther away is led there at HapticOptions::recovery_speed.
+  std::optional<ToolTrocar> trocar = {};
 };
 
 }  // namespace dyop

@@ -113,6 +113,23 @@ class HapticSession {
   const HapticTick& replay(const DevicePose& device, Scalar dt,
                            const std::optional<TickCutoff>& cutoff);
 
+  /// Other springs from the next tick on; from the thread that calls update(). Along each axis a
+  /// lower stiffness takes effect at once, a higher one when the tool is where the device is: so a
+  /// change under the hand gives no energy. All else takes effect at once. Limits and dampers of
+  /// the hinges stay.
+  /// @throws InvalidArgument as the constructor.
+  void set_coupling(const CouplingOptions& coupling);
+  /// The springs that act now.
+  const CouplingOptions& coupling() const;
+
+  /// Puts the tool elsewhere, as when it is exchanged: no motion, so nothing is proven in between.
+  /// What is known of the old place is dropped, and distances are measured at the new one, without
+  /// a limit; what the tool starts near or in there it leaves, as after the constructor. Angles of
+  /// the pose count. From the thread that calls update().
+  /// @throws InvalidArgument if an angle is not finite or a coordinate is beyond the limit of
+  ///         give_snapshot().
+  void reset(const ToolPose& tool);
+
   const HapticTick& last() const;
   /// Elapsed time, the sum of all dt used.
   Scalar time() const;

@@ -20,6 +20,7 @@ struct DevicePose {
   Vector3 p_WD = Vector3::Zero();
   Quaternion q_WD = Quaternion::Identity();
   std::array<Scalar, kMostHinges> angles{};  ///< requested of the hinges, radians
+  std::uint32_t buttons = 0;                 ///< one bit each; for the caller, not read here
 
   DevicePose() = default;
   explicit DevicePose(const RigidPose& X_WD) : p_WD(X_WD.translation()), q_WD(X_WD.quaternion()) {}
@@ -139,12 +140,13 @@ struct HapticTick {
   ToolWrench wrench;               ///< on the hand
   std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
   std::vector<ToolContactPoint> candidates;  ///< that were near it then and had no force
-  /// Of all contacts over the whole tick. Where the tool follows the device without running behind,
-  /// they sum to what the springs pulled with, times dt; dampers do not count.
+  /// Impulses of all contacts over the whole tick. Where the tool follows the device without
+  /// running behind, they sum to what the springs pulled with, times dt; dampers do not count.
   std::vector<ToolImpulse> impulses;
-  std::vector<ToolClearance> clearances;  ///< one for each obstacle
-  Scalar energy_returned = 0;             ///< see VirtualCoupling
-  Scalar tissue_stopped = 0;              ///< time of this tick during which tissue was stopped
+  Vector3 trocar_force_W = Vector3::Zero();  ///< of HapticScene::trocar on the tool
+  std::vector<ToolClearance> clearances;     ///< one for each obstacle
+  Scalar energy_returned = 0;                ///< see VirtualCoupling
+  Scalar tissue_stopped = 0;                 ///< time of this tick during which tissue was stopped
   /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0
   /// once reached.
   Scalar tissue_lag = 0;

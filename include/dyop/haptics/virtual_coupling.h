@@ -49,6 +49,9 @@ class VirtualCoupling {
   explicit VirtualCoupling(const CouplingOptions& options);
 
   const CouplingOptions& options() const { return options_; }
+  /// Other springs from the next update on.
+  /// @throws InvalidArgument as the constructor.
+  void set_options(const CouplingOptions& options);
 
   /// Whether the device's damping suffices for all axes at the given period.
   bool is_passive() const;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dyop/haptics/device_mapping.h"
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
 
@@ -30,6 +31,8 @@ struct HapticRun {
   std::string title;  ///< for display; may be empty
   HapticScene scene;
   HapticOptions options;
+  /// How a device's motions become the tool's; none: they are taken as they are. Not for strokes.
+  std::optional<DeviceMappingOptions> mapping = {};
   RunnerOptions runner;
   std::vector<TissueFeed> tissue;
   std::vector<ToolStroke> strokes;  ///< one after the other, repeated

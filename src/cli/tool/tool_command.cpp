@@ -96,14 +96,20 @@ struct ToolLinks {
   std::unique_ptr<LinkedDevice> device;
   std::unique_ptr<LinkedOutput> receiver;
   std::unique_ptr<ToolOutput> recording;
+  std::optional<DeviceMapping> to_hand;  // of the device's motions
+
+  ToolWrench felt(const ToolWrench& wrench) const {
+    return to_hand ? to_hand->to_hand(wrench) : wrench;
+  }
 };
 
 ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   ToolLinks links;
   if (!arguments.device.empty()) {
-    links.device = std::make_unique<LinkedDevice>(arguments.device, arguments.listen, run.scene);
+    links.device = std::make_unique<LinkedDevice>(arguments.device, arguments.listen, run);
     std::printf("device: %s\n", printable(links.device->name()).c_str());
     std::fflush(stdout);
+    if (run.mapping) links.to_hand.emplace(*run.mapping, run.scene.X_WT);
   }
   if (!arguments.receiver.empty()) {
     links.receiver = std::make_unique<LinkedOutput>(arguments.receiver);
@@ -136,8 +142,9 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
         recorded_feeds(run, output),
         [&](const TickRecord& record) {
           report.add(record);
-          if (links.device) links.device->answer(record.tick);
-          if (links.receiver) links.receiver->send(record.tick);
+          const ToolWrench felt = links.felt(record.tick.wrench);
+          if (links.device) links.device->answer(record.tick, felt);
+          if (links.receiver) links.receiver->send(record.tick, felt);
           if (output != nullptr) output->add(record);
         },
         run.runner, stop);

@@ -43,15 +43,16 @@ TransformMessage pose_message(const HapticTick& tick) {
   return {"Tool", tick.tool.X_WT};
 }
 
-TransformMessage force_message(const HapticTick& tick) {
-  return {"Force", RigidPose(tick.wrench.force_W)};
+TransformMessage force_message(const ToolWrench& wrench) {
+  return {"Force", RigidPose(wrench.force_W)};
 }
 
 }  // namespace
 
-LinkedDevice::LinkedDevice(const std::string& link, const std::string& listen,
-                           const HapticScene& scene)
-    : pose_(scene.X_WT) {
+LinkedDevice::LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run)
+    : pose_(run.scene.X_WT) {
+  const HapticScene& scene = run.scene;
+  if (run.mapping) mapping_.emplace(*run.mapping, scene.X_WT);
   for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose_.angles[k] = scene.hinges[k].angle;
   const bool is_stream = link.starts_with(kStream);
   const std::string_view place = std::string_view(link).substr(is_stream ? kStream.size() : 0);
@@ -91,16 +92,18 @@ DevicePose LinkedDevice::pose() {
   }
   if (newest) {
     ++messages_;
-    pose_.p_WD = newest->translation();
-    pose_.q_WD = newest->quaternion();
+    const DevicePose device(*newest);
+    const DevicePose mapped = mapping_ ? mapping_->to_tool(device) : device;
+    pose_.p_WD = mapped.p_WD;
+    pose_.q_WD = mapped.q_WD;
   }
   return pose_;
 }
 
-void LinkedDevice::answer(const HapticTick& tick) {
+void LinkedDevice::answer(const HapticTick& tick, const ToolWrench& felt) {
   if (!stream_) return;
   stream_->send(pose_message(tick));
-  stream_->send(force_message(tick));
+  stream_->send(force_message(felt));
 }
 
 LinkedOutput::LinkedOutput(const std::string& receiver) {
@@ -111,9 +114,9 @@ LinkedOutput::LinkedOutput(const std::string& receiver) {
   link_.send(address_, port_, {"Tool", RigidPose()});  // throws for an address that is none
 }
 
-void LinkedOutput::send(const HapticTick& tick) {
+void LinkedOutput::send(const HapticTick& tick, const ToolWrench& felt) {
   link_.send(address_, port_, pose_message(tick));
-  link_.send(address_, port_, force_message(tick));
+  link_.send(address_, port_, force_message(felt));
 }
 
 }  // namespace dyop::cli

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "dyop/haptics/haptic_runner.h"
+#include "dyop/io/haptic_scene_file.h"
 #include "dyop/io/transform_stream.h"
 
 namespace dyop::cli {
@@ -19,16 +20,18 @@ class LinkedDevice {
   /// @param listen Numeric IPv4 address to listen on, of this machine.
   /// @param link PORT: a UDP port to listen on; tcp:PORT: a TCP port; tcp:ADDRESS:PORT: to connect
   /// to, the address a numeric IPv4 one.
-  /// @param scene For the pose until the first message, and the angles of the hinges.
+  /// @param run For the pose until the first message, the angles of the hinges, and how the
+  /// device's motions become the tool's.
   /// @throws InvalidArgument if the link is none of these.
-  LinkedDevice(const std::string& link, const std::string& listen, const HapticScene& scene);
+  LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run);
   ~LinkedDevice();
 
   /// The pose of the newest message. Messages are read and checked in a thread of their own.
   DevicePose pose();
 
   /// Over TCP, every tick's result goes back to the device; see LinkedOutput.
-  void answer(const HapticTick& tick);
+  /// @param felt The wrench in the device's axes.
+  void answer(const HapticTick& tick, const ToolWrench& felt);
 
   /// For the user: what it listens on or is connected to.
   const std::string& name() const { return name_; }
@@ -41,6 +44,7 @@ class LinkedDevice {
   std::optional<TransformStream> stream_;
   std::string name_;
   DevicePose pose_;
+  std::optional<DeviceMapping> mapping_;
   std::int64_t messages_ = 0;
   std::mutex mutex_;  // of the newest message, held for a copy
   std::optional<RigidPose> newest_;
@@ -55,7 +59,8 @@ class LinkedOutput {
   /// @throws InvalidArgument if it is not.
   explicit LinkedOutput(const std::string& receiver);
 
-  void send(const HapticTick& tick);
+  /// @param felt The wrench in the device's axes.
+  void send(const HapticTick& tick, const ToolWrench& felt);
 
  private:
   std::string address_;

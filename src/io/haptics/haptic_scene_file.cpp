@@ -76,7 +76,7 @@ AnatomyMesh read_mesh(const JsonNode& node) {
 }
 
 void read_tool(const JsonNode& node, HapticScene& scene) {
-  node.require_object({"parts", "hinges", "position", "rotation"});
+  node.require_object({"parts", "hinges", "position", "rotation", "trocar"});
   scene.X_WT = read_pose(node);
   if (node.has("hinges")) {
     for (const JsonNode& item : node.at("hinges").items()) {
@@ -94,6 +94,23 @@ void read_tool(const JsonNode& node, HapticScene& scene) {
     part.X_TP = read_pose(item);
     if (item.has("hinge")) part.hinge = std::size_t(item.at("hinge").positive_integer() - 1);
     scene.tool.push_back(std::move(part));
+  }
+  if (!node.has("trocar")) return;
+  const JsonNode trocar = node.at("trocar");
+  trocar.require_object({"position", "point", "axis"});
+  scene.trocar.emplace();
+  scene.trocar->p_W = trocar.at("position").vector3();
+  if (trocar.has("point")) scene.trocar->p_T = trocar.at("point").vector3();
+  if (trocar.has("axis")) scene.trocar->axis_T = trocar.at("axis").vector3();
+  if (!(scene.trocar->axis_T.norm() > 0)) trocar.at("axis").fail("must not be zero");
+}
+
+void read_mapping(const JsonNode& node, DeviceMappingOptions& mapping) {
+  node.require_object({"rotation", "scale", "rotation_scale"});
+  mapping.R_WV = read_pose(node).rotation();
+  if (node.has("scale")) mapping.scale = node.at("scale").positive_number();
+  if (node.has("rotation_scale")) {
+    mapping.rotation_scale = node.at("rotation_scale").positive_number();
   }
 }
 
@@ -252,11 +269,13 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
   const Json json = io_internal::parse_json(file, text);
   const JsonNode root(file, json);
   root.require_object({"title", "tool", "obstacles", "coupling", "rest_offset", "recovery_speed",
-                       "max_work", "device_speed", "rate", "deadline", "duration", "strokes"});
+                       "max_work", "device_speed", "device", "rate", "deadline", "duration",
+                       "strokes"});
   HapticRun run;
   run.text = text;
   if (root.has("title")) run.title = root.at("title").text();
   read_options(root, run);
+  if (root.has("device")) read_mapping(root.at("device"), run.mapping.emplace());
   read_tool(root.at("tool"), run.scene);
   for (const JsonNode& item : root.at("obstacles").items()) {
     run.scene.obstacles.push_back(read_obstacle(item));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "dyop/io/file_error.h"
@@ -25,6 +26,26 @@ TEST(HapticSceneFile, ReadsToolObstaclesAndOptions) {
   EXPECT_EQ(run.tissue.size(), 1u);
   EXPECT_EQ(run.runner.ticks, 2000);
   EXPECT_EQ(run.options.coupling.stiffness.x(), 0.5);
+}
+
+TEST(HapticSceneFile, ReadsATrocarAndHowADeviceMovesTheTool) {
+  const std::string trocar = R"("tool": {"trocar": {"position": [1, 2, 3], "axis": [0, 0, 2]},)";
+  const std::string device = R"("device": {"scale": 0.5, "rotation": [0, 0, 1]}, "rest_offset")";
+  const std::string text =
+      testing::replaced(testing::replaced(testing::kSmallHapticScene, "\"tool\": {", trocar),
+                        "\"rest_offset\"", device);
+  const HapticRun run = parse_haptic_run("scene.json", text);
+  ASSERT_TRUE(run.scene.trocar);
+  EXPECT_EQ(run.scene.trocar->p_W, Vector3(1, 2, 3));
+  EXPECT_EQ(run.scene.trocar->axis_T, Vector3(0, 0, 2));
+  ASSERT_TRUE(run.mapping);
+  EXPECT_EQ(run.mapping->scale, 0.5);
+  EXPECT_EQ(run.mapping->rotation_scale, 1);
+  EXPECT_NEAR((run.mapping->R_WV * Vector3::UnitX()).y(), std::sin(1.0), 1e-12);
+  EXPECT_FALSE(parse_haptic_run("scene.json", testing::kSmallHapticScene).mapping);
+  const auto message = testing::message_of<FileError>(
+      [&] { parse_haptic_run("scene.json", testing::replaced(text, "[0, 0, 2]", "[0, 0, 0]")); });
+  EXPECT_NE(message.find("axis"), std::string::npos);
 }
 
 // Two strokes of 0.3 and 0.4 s.

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The haptic loop from Python."""
+
+import pickle
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import dyop
+
+haptics = pytest.importorskip("dyop.haptics")
+
+UP = np.array([1.0, 0, 0, 0])
+
+
+def grid(n, size):
+    x, y = np.meshgrid(np.linspace(-size, size, n), np.linspace(-size, size, n), indexing="ij")
+    k = np.arange(n * n).reshape(n, n)[:-1, :-1].ravel()
+    corners = np.concatenate(
+        [np.stack([k, k + n, k + n + 1], 1), np.stack([k, k + n + 1, k + 1], 1)]
+    )
+    return np.column_stack([x.ravel(), y.ravel(), np.zeros(n * n)]), corners
+
+
+VERTICES, TRIANGLES = grid(9, 20.0)
+
+
+def make_session(friction=0.3, **options):
+    scene = haptics.HapticScene(
+        tool=[haptics.ToolPart(shape=dyop.Sphere(2.0))],
+        obstacles=[
+            haptics.ToolObstacle(
+                name="sheet", vertices=VERTICES, triangles=TRIANGLES, friction=friction
+            )
+        ],
+        X_WT=dyop.RigidPose(position=(0.3, 0.2, 5)),
+    )
+    values = haptics.HapticOptions(rest_offset=0.02, recovery_speed=50, **options)
+    values.coupling.stiffness = [1, 1, 1]
+    values.coupling.rotational_stiffness = [200, 200, 200]
+    return haptics.HapticSession(scene, values)
+
+
+def press(session, depth, ticks=150):
+    for k in range(ticks):
+        down = min(1.0, 1.5 * k / ticks)
+        tick = session.update((UP, np.array([0.3, 0.2, 5 - (3 + depth) * down])), 1e-3)
+    return tick
+
+
+def test_pressing_gives_stiffness_times_depth():
+    tick = press(make_session(), 1.5)
+    assert tick.status == haptics.HapticStatus.Held
+    assert tick.wrench.force_W[2] == pytest.approx(1.52, abs=0.01)
+    assert tick.tool.X_WT.translation[2] == pytest.approx(2.02, abs=0.01)
+    (contact,) = tick.contacts
+    assert contact.state in (haptics.ContactState.Stick, haptics.ContactState.Slip)
+    assert contact.force_W == pytest.approx(tick.wrench.force_W, abs=1e-6)
+    corners = VERTICES[TRIANGLES[contact.surface.triangle]]
+    assert np.array(contact.surface.weights) @ corners == pytest.approx(contact.p_WO, abs=1e-9)
+    impulse = sum(i.impulse_W for i in tick.impulses)
+    assert impulse == pytest.approx(1e-3 * tick.wrench.force_W, abs=1e-6)
+    assert tick.clearances[0].lower <= tick.clearances[0].upper
+    assert tick.latency > 0
+    again = pickle.loads(pickle.dumps(tick))
+    assert again.tool.X_WT.translation[2] == tick.tool.X_WT.translation[2]
+
+
+def test_whatever_a_device_sends_is_a_status():
+    session = make_session()
+    bad = session.update((UP, np.array([np.nan, 0, 0])), 1e-3)
+    assert bad.status == haptics.HapticStatus.InvalidInput
+    assert session.update(dyop.RigidPose(position=(0, 0, 5)), 1e-3).status.name == "Free"
+    assert session.update(haptics.DevicePose((UP, [0, 0, 6])), 1e-3).status.name == "Free"
+    with pytest.raises(dyop.InvalidArgument, match="3 numbers"):
+        session.update((UP, [1, 2]), 1e-3)
+    with pytest.raises(dyop.InvalidArgument, match="hinges"):
+        session.update((UP, [0, 0, 5]), 1e-3, angles=[0] * 5)
+
+
+def test_snapshots_are_read_where_they_are():
+    session = make_session()
+    lifted = VERTICES + [0, 0, 1.0]
+    assert session.give_snapshot(0, lifted, 0.01, copy=False)
+    assert not session.give_snapshot(0, lifted, 0.01)  # not yet started on
+    with pytest.raises(dyop.InvalidArgument, match="copy"):
+        session.give_snapshot(0, lifted.astype(np.float32), 0.01, copy=False)
+    for _ in range(5):
+        tick = session.update((UP, [0, 0, 5]), 1e-3)
+    assert session.tissue_vertices(0)[:, 2] == pytest.approx(0.5)
+    assert (tick.progress[0].snapshot, tick.progress[0].fraction) == (1, pytest.approx(0.5))
+    found = session.find_contacts(
+        0, tick.progress[0], haptics.ToolPose(X_WT=dyop.RigidPose(position=(0, 0, 3))),
+        haptics.ContactSearch(reach=1),
+    )
+    assert found[0].gap == pytest.approx(0.5)
+    assert found[0].v_WO == pytest.approx([0, 0, 100])
+    assert session.retarget(0, VERTICES, 0.01)
+    for _ in range(12):
+        session.update((UP, [0, 0, 5]), 1e-3)
+    assert session.tissue_vertices(0)[:, 2] == pytest.approx(0)
+    assert session.give_mesh(0, VERTICES[:20], [[0, 1, 9]])
+    session.update((UP, [0, 0, 5]), 1e-3)
+    assert len(session.tissue_vertices(0)) == 20
+
+
+def test_the_runner_ticks_without_the_interpreter():
+    session = make_session()
+    runner = haptics.HapticRunner(session, haptics.RunnerOptions(period=1e-3), keep=50)
+    with runner:
+        runner.set_device((UP, [0.3, 0.2, 4]))
+        with pytest.raises(dyop.InvalidArgument, match="HapticRunner"):
+            session.update((UP, [0, 0, 5]), 1e-3)
+        given = 0
+        numbers = []
+        while len(numbers) < 60 or given < 3:
+            given += session.give_snapshot(0, VERTICES, 0.004)
+            numbers += [record.number for record in runner.read_ticks()]
+    report = runner.stop()
+    assert not runner.is_running
+    assert report.ticks > max(numbers)
+    assert numbers == sorted(set(numbers))
+    assert report.latency.count == report.ticks
+    assert report.latency.worst >= report.latency.quantile(0.5)
+    assert session.last.tool.X_WT.translation[2] == pytest.approx(4)
+    assert session.update((UP, [0.3, 0.2, 4]), 1e-3).status.name == "Free"
+
+
+def test_an_unpaced_run_ends_by_itself():
+    session = make_session()
+    runner = haptics.HapticRunner(session, haptics.RunnerOptions(ticks=30, is_paced=False))
+    runner.start()
+    while runner.is_running:
+        time.sleep(0.001)
+    assert runner.stop().ticks == 30
+    assert [record.number for record in runner.read_ticks()] == list(range(30))
+    with pytest.raises(dyop.InvalidArgument, match="started"):
+        runner.start()
+        runner.start()
+
+
+def test_snapshots_from_another_thread():
+    session = make_session()
+    is_done = threading.Event()
+
+    def give():
+        for k in range(20):
+            session.give_snapshot(0, VERTICES + [0, 0, 0.01 * (k % 2)], 0.002)
+        is_done.set()
+
+    thread = threading.Thread(target=give)
+    thread.start()
+    while not is_done.is_set():
+        session.update((UP, [0, 0, 5]), 1e-3)
+    thread.join()
+
+
+def test_springs_reset_and_mapping():
+    session = make_session()
+    press(session, 1)
+    soft = session.coupling
+    soft.stiffness = [0.5, 0.5, 0.5]
+    session.set_coupling(soft)
+    tick = session.update((UP, [0.3, 0.2, 1]), 1e-3)
+    assert tick.wrench.force_W[2] == pytest.approx(0.51, abs=0.01)
+    session.reset(haptics.ToolPose(X_WT=dyop.RigidPose(position=(0, 0, 9))))
+    assert session.update((UP, [0, 0, 9]), 1e-3).status.name == "Free"
+    mapping = haptics.DeviceMapping(haptics.DeviceMappingOptions(scale=0.5), ((1, 0, 0, 0), (0, 0, 9)))
+    mapping.to_tool((UP, [100, 0, 0]))
+    moved = mapping.to_tool((UP, [102, 0, 0]))
+    assert moved.p_WD == pytest.approx([1, 0, 9])
+    felt = mapping.to_hand(haptics.ToolWrench(force_W=[0, 0, 4]))
+    assert felt.force_W == pytest.approx([0, 0, 2])
+
+
+def test_compliance_of_a_point_at_the_origin_is_that_of_the_springs():
+    coupling = haptics.CouplingOptions(stiffness=[1, 2, 4], rotational_stiffness=[9, 9, 9])
+    tool = haptics.ToolPose()
+    points = [haptics.ToolPoint(p_W=[0, 0, 0])]
+    C = haptics.coupling_compliance(coupling, [], tool, points)
+    assert C == pytest.approx(np.diag([1, 0.5, 0.25]))
+    assert haptics.tool_jacobian([], tool, points[0]).shape == (3, 6)
