@@ -151,14 +151,16 @@ export class Panel {
     if (gaps.length === 0) return [];
     const counts = kProofWords.map((_, proof) => gaps.filter((gap) => gap.proof === proof).length);
     const size = ({lower, upper}) => (Number.isFinite(upper) ? upper : lower);
-    const nearest = gaps.sort((x, y) => size(x) - size(y)).slice(0, kMostProofs);
+    // Of some a query says only that they did not meet.
+    const measured = gaps.filter(({lower}) => lower > 0);
+    const nearest = measured.sort((x, y) => size(x) - size(y)).slice(0, kMostProofs);
     return [
       element('h2', {}, `Proofs of ${gaps.length.toLocaleString('en')} near ${gaps.length === 1 ? 'pair' : 'pairs'}`),
       rows(kProofWords.map((words, proof) => counts[proof] > 0 && [counts[proof].toLocaleString('en'), words])),
-      element('h2', {}, nearest.length < gaps.length ? `The ${nearest.length} nearest are apart by at least` : 'They are apart by at least'),
+      nearest.length > 0 && element('h2', {}, nearest.length < gaps.length ? `The ${nearest.length} nearest are apart by at least` : 'They are apart by at least'),
       rows(nearest.map(({a, b, lower, proof}) =>
         [digits(lower, 4), `${this.name(a)} – ${this.name(b)}: ${kProofWords[proof]}`])),
-    ];
+    ].filter(Boolean);
   }
 
   // How the run ended, once it is shown, and what was proven of its file.
