@@ -240,7 +240,7 @@ TEST(FindContacts, OfRoundShapesAreOnTheirSurfaces) {
 
 // A core without a surface of triangles has one contact, that of the nearest points.
 TEST(FindContacts, OfASmoothShapeIsItsNearestPoint) {
-  const testing::Ellipsoid egg({1, 2, 0.5});
+  const testing::UserEllipsoid egg({1, 2, 0.5});
   const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar gap = 1e-6;
   const std::vector<Contact> found =

@@ -204,13 +204,13 @@ TEST(TriangleCore, IsAShapeWithoutAVolume) {
 }
 
 TEST(Gjk, SmoothCoresConvergeRelatively) {
-  using testing::Ellipsoid;
-  const Ellipsoid ball({1, 1, 1});
+  using testing::UserEllipsoid;
+  const UserEllipsoid ball({1, 1, 1});
   const GjkResult balls = gjk_distance(ball, ball, RigidPose(Vector3(3, 4, 12)));
   EXPECT_LE(balls.lower, 11);
   EXPECT_GE(balls.upper, 11);
   EXPECT_LT(balls.upper - balls.lower, 1e-8);
-  const Ellipsoid egg({1, 2, 0.5});
+  const UserEllipsoid egg({1, 2, 0.5});
   const PointHull cube = make_box({1, 1, 1});
   const GjkResult r = gjk_distance(egg, cube, RigidPose(turn({1, 2, 3}, 1), Vector3(1, 3, 2)));
   EXPECT_GT(r.lower, 0);

@@ -200,7 +200,7 @@ TEST(TimeOfImpact, AdmitsWhenRoundingForbidsTheTolerance) {
 // A shape that is not the library's falls onto a mesh while it turns about x: its lowest point is
 // at the height z - sqrt((0.5 cos)^2 + (2 sin)^2), z that of its centre.
 TEST(TimeOfImpact, OfAUsersShapeIsFound) {
-  const testing::Ellipsoid egg({1, 2, 0.5});
+  const testing::UserEllipsoid egg({1, 2, 0.5});
   const TriangleMesh plate = testing::plate_grid(8, 8, 4, 4).mesh();
   const Scalar rate = 0.4;
   const ToiResult result =

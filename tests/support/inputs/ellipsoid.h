@@ -6,9 +6,9 @@
 namespace dyop::testing {
 
 /// A shape that is not the library's: a smooth core without vertices or a surface of triangles.
-class Ellipsoid final : public ConvexShape {
+class UserEllipsoid final : public ConvexShape {
  public:
-  explicit Ellipsoid(const Vector3& radii) : radii_(radii) {}
+  explicit UserEllipsoid(const Vector3& radii) : radii_(radii) {}
   SupportPoint core_support(const Vector3& d) const override {
     const Vector3 scaled = radii_.cwiseProduct(d);
     const Scalar norm = scaled.norm();

@@ -11,7 +11,7 @@ namespace {
 
 using toi_internal::ExpectedApproach;
 
-constexpr Scalar kNoise = 1e-12;  // literal: far more than the rounding of numbers of size 10
+constexpr Scalar kApproachNoise = 1e-12;  // literal: far more than the rounding of numbers of size 10
 
 OrientedBox random_box(std::mt19937_64& random) {
   OrientedBox box;
@@ -57,7 +57,7 @@ TEST(ExpectedApproach, TheNeededGapIsUsedUpByTheCornerThatClosesMost) {
       least = std::min({least, gap, at_end});
       receding += corner == 0 && at_end > gap;
     }
-    EXPECT_NEAR(least, approach.least + approach.slack, kNoise) << k;
+    EXPECT_NEAR(least, approach.least + approach.slack, kApproachNoise) << k;
   }
   EXPECT_GT(receding, 300);
   EXPECT_LT(receding, 700);
