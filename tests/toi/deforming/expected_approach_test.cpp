@@ -11,7 +11,8 @@ namespace {
 
 using toi_internal::ExpectedApproach;
 
-constexpr Scalar kApproachNoise = 1e-12;  // literal: far more than the rounding of numbers of size 10
+// literal: far more than the rounding of numbers of size 10
+constexpr Scalar kApproachNoise = 1e-12;
 
 OrientedBox random_box(std::mt19937_64& random) {
   OrientedBox box;
