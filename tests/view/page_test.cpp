@@ -12,7 +12,9 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/io/scene_file.h"
 #include "dyop/motion/rest_motion.h"
 #include "dyop/view/page_file.h"
@@ -58,7 +60,9 @@ TEST(Page, DrawsRoundBodiesRoundInACloseUp) {
       std::make_shared<Cylinder>(0.4, 0.5),
       std::make_shared<Cone>(0.5, 0.4),
       std::make_shared<Ellipsoid>(Vector3(0.4, 0.6, 0.5)),
-      std::make_shared<RoundedBox>(Vector3(0.2, 0.3, 0.4), 0.2)};
+      std::make_shared<RoundedBox>(Vector3(0.2, 0.3, 0.4), 0.2),
+      std::make_shared<RoundedCylinder>(0.3, 0.4, 0.2),
+      std::make_shared<TaperedCapsule>(0.5, 0.3, 0.4)};
   PageScene scene;
   PageSpan span;
   nlohmann::json facts;

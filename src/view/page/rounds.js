@@ -37,6 +37,21 @@ const kOnto = {
     const size = Math.hypot(...p.map((x, k) => x / axes[k]));
     return p.map((x) => x / size);
   },
+  // Of balls between the ends the one on whose normal p lies.
+  tapered_capsule: (p, [bottom, top, half]) => {
+    const lean = (bottom - top) / (2 * half);
+    const r = Math.hypot(p[0], p[1]);
+    const z = clamp(p[2] - (r * lean) / Math.sqrt(1 - lean * lean), -half, half);
+    const radius = bottom + ((z + half) / (2 * half)) * (top - bottom);
+    const length = Math.hypot(r, p[2] - z);
+    return [(p[0] * radius) / length, (p[1] * radius) / length, z + ((p[2] - z) * radius) / length];
+  },
+  rounded_cylinder: (p, [radius, half, edge]) => {
+    const core = kOnto.cylinder(p, [radius, half]);
+    const out = p.map((x, k) => x - core[k]);
+    const length = Math.hypot(...out);
+    return length > 0 ? core.map((x, k) => x + (edge / length) * out[k]) : p;
+  },
   cylinder: (p, [radius, half]) => {
     const r = Math.hypot(p[0], p[1]);
     const scale = r > radius ? radius / r : 1;
