@@ -266,6 +266,9 @@ void bind_curved(py::module_& m) {
                       [](const py::tuple& state) {
                         return std::make_shared<Ellipsoid>(vector_of(state[0], "semi_axes"));
                       }));
+}
+
+void bind_rounded(py::module_& m) {
   py::class_<RoundedBox, ConvexShape, std::shared_ptr<RoundedBox>>(
       m, "RoundedBox", "All points within a radius of an axis-aligned box about the origin.")
       .def(py::init<const Vector3&, Scalar>(), py::arg("half_extents"), py::arg("radius"),
@@ -294,6 +297,9 @@ void bind_curved(py::module_& m) {
       "Convex hull of a ball about z = -half_length and one about z = half_length.",
       {"bottom_radius", "top_radius", "half_length"},
       {&TaperedCapsule::bottom_radius, &TaperedCapsule::top_radius, &TaperedCapsule::half_length});
+}
+
+void bind_half_space(py::module_& m) {
   py::class_<HalfSpace, ConvexShape, std::shared_ptr<HalfSpace>>(
       m, "HalfSpace",
       "All points p with normal . p <= offset: a floor or a wall without an end. A solid. In a "
@@ -380,6 +386,8 @@ void bind_shapes(py::module_& m) {
   bind_shape_bases(m);
   bind_convex_shapes(m);
   bind_curved(m);
+  bind_rounded(m);
+  bind_half_space(m);
   bind_hull(m);
   bind_compound(m);
 }
