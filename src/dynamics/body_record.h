@@ -50,7 +50,7 @@ struct BodyRecord {
   Matrix3 angular_mobility(const Matrix3& R_WB) const;
   /// angular_mobility(R_WB) L_W, without the matrix if no axis is locked.
   Vector3 angular_velocity(const Matrix3& R_WB, const Vector3& L_W) const;
-  Vector3 angular_velocity() const { return angular_mobility(state.X_WM.rotation()) * state.L_W; }
+  Vector3 angular_velocity() const { return angular_velocity(state.X_WM.rotation(), state.L_W); }
   Scalar kinetic_energy() const;
 };
 

@@ -2,8 +2,9 @@
 
 // The World beside Bullet (single precision, its default solver) and ODE (double precision, quick
 // step), one thread, the same scenes in the same run, awake throughout:
-//   engines_benchmark [SECONDS OF SIMULATED TIME [PART OF THE SCENE'S NAME [parts]]]
+//   engines_benchmark [SECONDS OF SIMULATED TIME [PART OF THE SCENE'S NAME [parts [THREADS]]]]
 // Times are processor time per step: of all steps, of the last fifth of them, and of the worst.
+// With THREADS, time passed per step, of dyop alone on so many threads.
 // `overlap`: the deepest penetration of two bodies at the end of any tenth step, by libccd, and for
 // tori by the closed form; `open`: the widest that a joint is open then; `moved`: the farthest that
 // a body is from where it began. With `parts` a second line tells what dyop's time went into.
@@ -92,8 +93,8 @@ class Engine {
 
 class DyopEngine : public Engine {
  public:
-  explicit DyopEngine(const Scene& scene, bool has_parts)
-      : has_parts_(has_parts), world_(options(has_parts)) {
+  DyopEngine(const Scene& scene, bool has_parts, int threads)
+      : has_parts_(has_parts), world_(options(has_parts, threads)) {
     BodyDefinition floor = floor_body(kFriction);
     floor.shape = std::make_shared<Box>(kFloorHalf);
     const BodyId ground = world_.add_body(floor);
@@ -148,9 +149,9 @@ class DyopEngine : public Engine {
   }
 
  private:
-  static WorldOptions options(bool has_parts) {
+  static WorldOptions options(bool has_parts, int threads) {
     WorldOptions options = earth_options();
-    options.thread_count = 1;
+    options.thread_count = threads;
     options.sleep_steps = 0;
     options.records_motions = false;
     options.measures_time = has_parts;
@@ -696,9 +697,10 @@ Scene rope(int count, Scalar load, Scalar h) {
   return scene;
 }
 
-Scalar processor_milliseconds() {
+// Of this thread; with several, the time that passes.
+Scalar milliseconds(int threads) {
   timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  clock_gettime(threads > 1 ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID, &now);
   return 1e3 * Scalar(now.tv_sec) + Scalar(now.tv_nsec) / 1e6;
 }
 
@@ -776,15 +778,15 @@ Scalar widest_pin(const Scene& scene, const std::vector<RigidPose>& poses) {
   return widest;
 }
 
-void measure(const Scene& scene, Engine& engine, Scalar end) {
+void measure(const Scene& scene, Engine& engine, Scalar end, int threads) {
   std::vector<Scalar> spent;
   Scalar depth = 0;
   Scalar open = 0;
   const int steps = int(std::lround(end / scene.step));
   for (int k = 1; k <= steps; ++k) {
-    const Scalar begin = processor_milliseconds();
+    const Scalar begin = milliseconds(threads);
     engine.step(scene.step);
-    spent.push_back(processor_milliseconds() - begin);
+    spent.push_back(milliseconds(threads) - begin);
     if (k % 10 != 0) continue;
     const std::vector<RigidPose> poses = engine.poses();
     depth = std::max(depth, deepest(scene, poses));
@@ -814,21 +816,23 @@ int main(int argc, char** argv) {
   const double end = argc > 1 ? std::atof(argv[1]) : 2;
   const std::string part = argc > 2 ? argv[2] : "";
   const bool has_parts = argc > 3;
+  const int threads = argc > 4 ? std::atoi(argv[4]) : 1;
   std::printf("%-24s %-7s %9s %9s %9s %9s %9s %9s\n", "scene", "engine", "ms/step", "last 1/5",
               "worst", "overlap", "open", "moved");
   for (const Scene& scene :
        {columns(1, 10, 0.01), columns(100, 10, 1.0 / 60), pyramid(20, 1.0 / 60),
         bricks(50, 20, 1.0 / 60), falling_wall(20, 10, 1.0 / 60), pile(5, 0.01), pile(10, 0.01),
-        spheres_in_bin(250, 0.01), spheres_fall(1000, 0.01), hulls_in_bin(250, 0.01),
-        hulls_fall(1000, 0.01), tori_in_bin(100, 0.01), ragdolls(27, 0.01), ragdolls(100, 0.01),
-        rope(20, 1, 0.01), rope(20, 1000, 0.01)}) {
+        spheres_in_bin(250, 0.01), spheres_in_bin(1000, 0.01), spheres_fall(1000, 0.01),
+        hulls_in_bin(250, 0.01), hulls_fall(1000, 0.01), tori_in_bin(100, 0.01), ragdolls(27, 0.01),
+        ragdolls(100, 0.01), rope(20, 1, 0.01), rope(20, 1000, 0.01)}) {
     if (scene.name.find(part) == std::string::npos) continue;
-    DyopEngine dyop(scene, has_parts);
-    measure(scene, dyop, end);
+    DyopEngine dyop(scene, has_parts, threads);
+    measure(scene, dyop, end, threads);
+    if (argc > 4) continue;
     BulletEngine bullet(scene);
-    measure(scene, bullet, end);
+    measure(scene, bullet, end, threads);
     OdeEngine ode(scene);
-    measure(scene, ode, end);
+    measure(scene, ode, end, threads);
   }
   return 0;
 }

@@ -5,6 +5,7 @@
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/world.h"
 #include "dyop/dynamics/world_options.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 
@@ -55,6 +56,52 @@ TEST(WorldDeterminism, GivesTheSameBytesForEveryNumberOfThreads) {
   for (const int thread_count : {2, 4, 0}) {
     World world = tumbling_world(thread_count);
     EXPECT_EQ(bytes_of(world, 80), expected);
+  }
+}
+
+// One island of more pairs and contacts than one thread takes at a time, flat and curved.
+World crowded_world(int thread_count) {
+  WorldOptions options = earth_options();
+  options.thread_count = thread_count;
+  World world(options);
+  world.add_body(floor_body(0.4, 0));
+  const auto brick = std::make_shared<Box>(Vector3(0.5, 0.5, 0.25));
+  const Scalar gap = rest_gap(brick->bounding_radius());
+  constexpr int kLength = 14;
+  constexpr int kHeight = 9;
+  const auto place = [&](int i, int k) {
+    return Vector3(1.01 * (k + 0.5 * (i % 2)), 0, 0.25 + gap + i * (0.5 + gap));
+  };
+  for (int i = 0; i < kHeight * kLength; ++i) {
+    world.add_body(dynamic_body("brick", brick, place(i / kLength, i % kLength)));
+  }
+  const auto faceted = std::make_shared<TriangleMesh>(icosphere(1, 0.3).mesh());
+  for (int k = 0; k < kLength; ++k) {
+    const Vector3 p = place(kHeight, k) + Vector3(0.3 * k, 0, 0.1);
+    if (k % 5 == 1) {
+      world.add_body(dynamic_body("faceted", faceted, p, {0.3, 0, -2}));
+    } else {
+      world.add_body(dynamic_body("ball", std::make_shared<Sphere>(0.3), p, {0.3, 0, -2}));
+    }
+  }
+  return world;
+}
+
+TEST(WorldDeterminism, SharesOneLargeIslandAmongThreadsWithTheSameBytes) {
+  World one = crowded_world(1);
+  const std::string fall = bytes_of(one, 3);
+  const AdvanceReport first = one.advance(0.01);
+  ASSERT_GT(first.work.contacts, 512);
+  ASSERT_GT(first.toi.node_pairs, 0);
+  const std::string expected = bytes_of(one, 2);
+  for (const int thread_count : {2, 4}) {
+    World world = crowded_world(thread_count);
+    EXPECT_EQ(bytes_of(world, 3), fall);
+    const AdvanceReport report = world.advance(0.01);
+    EXPECT_EQ(report.work.rounds, first.work.rounds);
+    EXPECT_EQ(report.toi.node_pairs, first.toi.node_pairs);
+    EXPECT_EQ(report.toi.peak_queue, first.toi.peak_queue);
+    EXPECT_EQ(bytes_of(world, 2), expected);
   }
 }
 

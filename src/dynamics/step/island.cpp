@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
@@ -184,6 +186,31 @@ void StepMemory::place_runs(std::size_t count, IslandRuns kept) {
   }
 }
 
+void run_parallel(int thread_count, std::size_t count, std::size_t portion, StepWorkspaces& pool,
+                  const std::function<void(std::size_t, StepWorkspace&)>& item) {
+  BatchOptions batch;
+  batch.thread_count = thread_count;
+  const std::size_t portions = (count + portion - 1) / portion;
+  const std::size_t workers = portions < 2 ? 1 : core_internal::batch_worker_count(portions, batch);
+  while (pool.size() < workers) pool.push_back(std::make_unique<StepWorkspace>());
+  if (workers == 1) {
+    for (std::size_t i = 0; i < count; ++i) item(i, *pool.front());
+    return;
+  }
+  std::vector<std::exception_ptr> errors(portions);
+  core_internal::run_batch(portions, batch, [&](std::size_t k, std::size_t worker) {
+    try {
+      const std::size_t end = std::min((k + 1) * portion, count);
+      for (std::size_t i = k * portion; i < end; ++i) item(i, *pool[worker]);
+    } catch (...) {
+      errors[k] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
 namespace {
 
 void add_difference(IntegratorStatistics& sum, const IntegratorStatistics& before,
@@ -244,6 +271,10 @@ namespace {
 // Limits on one island in one step of the World.
 constexpr int kMostSubsteps = 100;
 constexpr int kMostImpacts = 50;
+// So many pairs or contacts are worth several threads, which take so many at a time: a microsecond
+// each, and as much as a dozen of them to wake a thread.
+constexpr std::size_t kManyItems = 256;
+constexpr std::size_t kItemPortion = 32;
 // How long before its end the twist with which a substep ends is taken, over the substep's length.
 constexpr Scalar kJustBefore = 1e-6;  // literal: of a time, above the rounding of its sums
 std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, std::uint32_t slot) {
@@ -300,6 +331,7 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.acceleration = pressing_acceleration(pair.member_a ? &members_[*pair.member_a] : nullptr,
                                               pair.member_b ? &members_[*pair.member_b] : nullptr,
                                               context.gravity_W);
+    pair.most_reach = most_reach(pair);
     state->start_from_committed();
     pairs_.push_back(std::move(pair));
   }
@@ -327,6 +359,13 @@ BodyMove IslandRun::support_move(const BodyRecord& body) const {
   const TwistBound bound = body.definition.motion->twist_bound({now_, context_.t_end});
   move.is_rest = bound.linear_speed == 0 && bound.angular_speed == 0;
   return move;
+}
+
+const BodyMove& IslandRun::move_of(const std::optional<std::size_t>& member, const BodyRecord& body,
+                                   const std::vector<BodyMove>& moves, BodyMove& support) const {
+  if (member) return moves[*member];
+  support = support_move(body);
+  return support;
 }
 
 Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
@@ -443,7 +482,7 @@ bool IslandRun::try_flight() {
   const ToiResult& met = *certificates[first].result;
   const bool is_fast = met.contact && met.contact->closing_speed > restitution_speed(pairs_[first]);
   if (!is_fast || impact_count_ >= kMostImpacts || !(met.t_safe > now_)) return false;
-  pairs_[first].hit = met;
+  pairs_[first].hit = std::make_shared<const ToiResult>(met);
   commit_flight(met.t_safe, moves, certificates);
   for (Member& member : members_) member.flight = nullptr;
   return true;
@@ -453,8 +492,9 @@ bool IslandRun::try_flight() {
 Certificate IslandRun::prove_flight(RunPair& pair, const std::vector<BodyMove>& moves,
                                     const TimeInterval& interval) {
   PairState& state = *pair.state;
-  const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
-  const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
+  BodyMove support;
+  const BodyMove& a = move_of(pair.member_a, *pair.a, moves, support);
+  const BodyMove& b = move_of(pair.member_b, *pair.b, moves, support);
   const Scalar kept = state.lengths.rest_gap() - state.lengths.tolerance();
   Certificate certificate = certify(state, a, b, interval, kept, context_.limits, workspace_.toi);
   if (certificate.result) {
@@ -539,8 +579,9 @@ void IslandRun::stand_still() {
   std::vector<Certificate> certificates;
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
-    const BodyMove a = pair.member_a ? moves[*pair.member_a] : support_move(*pair.a);
-    const BodyMove b = pair.member_b ? moves[*pair.member_b] : support_move(*pair.b);
+    BodyMove support;
+    const BodyMove& a = move_of(pair.member_a, *pair.a, moves, support);
+    const BodyMove& b = move_of(pair.member_b, *pair.b, moves, support);
     certificates.push_back(
         certify(state, a, b, interval, state.kept_distance(), context_.limits, workspace_.toi));
     if (!certificates.back().proof && certificates.back().result->t_safe < reached) {
@@ -557,6 +598,22 @@ void IslandRun::stand_still() {
   }
   end_change(change);
   commit_substep(reached, moves, certificates);
+}
+
+void IslandRun::for_all(std::size_t count,
+                        const std::function<void(std::size_t, StepWorkspace&)>& item) const {
+  if (count < kManyItems || context_.options->thread_count == 1) {
+    for (std::size_t i = 0; i < count; ++i) item(i, workspace_);
+  } else {
+    run_parallel(context_.options->thread_count, count, kItemPortion, workspace_.helpers, item);
+  }
+}
+
+void IslandRun::add_proof_costs() {
+  add(outcome_.toi, std::exchange(workspace_.proofs, {}));
+  for (const auto& helper : workspace_.helpers) {
+    add(outcome_.toi, std::exchange(helper->proofs, {}));
+  }
 }
 
 bool IslandRun::must_stop() {
@@ -658,52 +715,69 @@ Scalar IslandRun::most_reach(const RunPair& pair) const {
 
 void IslandRun::find_contacts() {
   const PartTimer timing = timer(&StepTimes::contacts);
+  std::vector<Twist> twists;
+  twists.reserve(members_.size());
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    twists.push_back(central_twist(i, *members_[i].body));
+  }
+  for_all(pairs_.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    find_contacts(pairs_[i], twists, workspace.contacts);
+  });
+}
+
+// `twists`: of the members' centres of mass at now().
+void IslandRun::find_contacts(RunPair& pair, const std::vector<Twist>& twists,
+                              ContactWorkspace& workspace) {
   const Scalar h = context_.h;
+  const auto twist_of = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    return member ? twists[*member] : central_twist(member, body);
+  };
   const auto travel_of = [&](const Twist& twist, const std::optional<std::size_t>& member,
                              const BodyRecord& body) {
     return h * (twist.v_WB.norm() + twist.w_WB.norm() * body.radius +
                 (member ? h * context_.gravity_W.norm() : 0));
   };
-  for (RunPair& pair : pairs_) {
-    PairState& state = *pair.state;
-    const PairLengths& lengths = state.lengths;
-    const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
-    const Twist twist_a = central_twist(pair.member_a, *pair.a);
-    const Twist twist_b = central_twist(pair.member_b, *pair.b);
-    const Scalar travel =
-        travel_of(twist_a, pair.member_a, *pair.a) + travel_of(twist_b, pair.member_b, *pair.b);
-    const Scalar reach = steady_reach(
-        state.reach, base, std::min(travel, expected_approach(pair, travel)), most_reach(pair));
-    pair.is_near = false;
-    if (state.gap_lower > reach) continue;
-    const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
-    const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
-    // A distance that begins at the pivot costs less than to find that there are no contacts.
-    if (state.gap_lower < 0 || state.overlaps || state.points().empty()) {
-      measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
-      if (state.gap_lower > reach) continue;
-      if (push_apart(pair, X_WA, X_WB)) continue;
-    }
-    state.reach = reach;
-    const auto shift = [&](const Twist& twist, const BodyRecord& body, const RigidPose& X_W) {
-      const Vector3 center = central_pose(body, X_W).translation();
-      return Vector3(h * (twist.v_WB - twist.w_WB.cross(center)));
-    };
-    pair.is_near = refresh_contacts(state, *pair.a, X_WA, *pair.b, X_WB, reach,
-                                    shift(twist_b, *pair.b, X_WB) - shift(twist_a, *pair.a, X_WA),
-                                    h * (twist_b.w_WB - twist_a.w_WB), workspace_.contacts);
-    if (!pair.is_near) measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
+  PairState& state = *pair.state;
+  const PairLengths& lengths = state.lengths;
+  const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
+  pair.is_near = false;
+  // No reach is longer.
+  if (state.gap_lower > std::max(state.reach, base + pair.most_reach)) return;
+  const Twist twist_a = twist_of(pair.member_a, *pair.a);
+  const Twist twist_b = twist_of(pair.member_b, *pair.b);
+  const Scalar travel =
+      travel_of(twist_a, pair.member_a, *pair.a) + travel_of(twist_b, pair.member_b, *pair.b);
+  const Scalar reach = steady_reach(
+      state.reach, base, std::min(travel, expected_approach(pair, travel)), pair.most_reach);
+  if (state.gap_lower > reach) return;
+  const RigidPose X_WA = pose_of(pair.member_a, *pair.a);
+  const RigidPose X_WB = pose_of(pair.member_b, *pair.b);
+  // A distance that begins at the pivot costs less than to find that there are no contacts.
+  if (state.gap_lower < 0 || state.overlaps || state.points().empty()) {
+    measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
+    if (state.gap_lower > reach) return;
+    if (push_apart(pair, X_WA, X_WB, workspace)) return;
   }
+  state.reach = reach;
+  const auto shift = [&](const Twist& twist, const BodyRecord& body, const RigidPose& X_W) {
+    const Vector3 center = central_pose(body, X_W).translation();
+    return Vector3(h * (twist.v_WB - twist.w_WB.cross(center)));
+  };
+  pair.is_near = refresh_contacts(state, *pair.a, X_WA, *pair.b, X_WB, reach,
+                                  shift(twist_b, *pair.b, X_WB) - shift(twist_a, *pair.a, X_WA),
+                                  h * (twist_b.w_WB - twist_a.w_WB), workspace);
+  if (!pair.is_near) measure_gap(state, *pair.a, X_WA, *pair.b, X_WB, reach);
 }
 
 // Contacts of a pair that overlaps. Returns whether it does.
-bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB) {
+bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB,
+                           ContactWorkspace& workspace) {
   PairState& state = *pair.state;
   state.overlaps = !(state.gap_lower > 0);
   state.known_shortest_gap.reset();
   if (!state.overlaps) return false;
   state.overlap_contacts =
-      estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(), workspace_.contacts);
+      estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(), workspace);
   pair.is_near = !state.overlap_contacts.empty();
   return true;
 }

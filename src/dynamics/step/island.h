@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -129,13 +130,24 @@ struct SubstepMemory {
   std::vector<SubstepContact> contacts;
 };
 
+struct StepWorkspace;
+using StepWorkspaces = std::vector<std::unique_ptr<StepWorkspace>>;
+
 /// Working memory of one thread.
 struct StepWorkspace {
   ContactCascade solver;
   ToiWorkspace toi;
   ContactWorkspace contacts;
   std::vector<SubstepMemory> spare;  // what no substep uses at present
+  ToiStatistics proofs;              // of the pairs proven since it was read
+  StepWorkspaces helpers;            // for the pairs of one large island
 };
+
+/// Calls item(index, workspace) for all indices below `count`, so many in a row as `portion`, on up
+/// to `thread_count` threads (0: one per core), each with its own workspace of `pool`. Of all
+/// exceptions the one at the lowest index is rethrown, whatever the number of threads.
+void run_parallel(int thread_count, std::size_t count, std::size_t portion, StepWorkspaces& pool,
+                  const std::function<void(std::size_t, StepWorkspace&)>& item);
 
 /// Steps one island from the committed states to the end of the step, in substeps: free flight
 /// while nothing touches, else contact substeps (Substep), with impacts in between.
@@ -163,10 +175,11 @@ class IslandRun {
     std::optional<std::size_t> member_b;
     Scalar friction = 0;
     Scalar restitution = 0;
-    Scalar acceleration = 0;       // by which forces may press them together, at most
-    bool is_near = false;          // contacts of `state` are those at now()
-    std::optional<ToiResult> hit;  // the hit that ended the substep at now()
-    int missed_landings = 0;       // substeps that ended at such a hit, but did not get there
+    Scalar acceleration = 0;               // by which forces may press them together, at most
+    Scalar most_reach = 0;                 // how far its contacts are sought at most
+    bool is_near = false;                  // contacts of `state` are those at now()
+    std::shared_ptr<const ToiResult> hit;  // that ended the substep at now(); or null
+    int missed_landings = 0;  // substeps that ended at such a hit, but did not get there
   };
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }
@@ -189,8 +202,10 @@ class IslandRun {
   /// The same between bodies in contact, where the step cannot tell an approach from what forces do
   /// in its course: a body at rest would bounce in every step.
   Scalar contact_restitution_speed(const RunPair& pair) const;
-  /// How a body outside the island moves over [now(), t_end].
-  BodyMove support_move(const BodyRecord& body) const;
+  /// How a body of a pair moves over [now(), t_end]: as `moves` (by member) say, or, outside the
+  /// island, as it does by itself. The latter is put into `support`.
+  const BodyMove& move_of(const std::optional<std::size_t>& member, const BodyRecord& body,
+                          const std::vector<BodyMove>& moves, BodyMove& support) const;
   /// Twist of its centre of mass at now(). At the end of a substep that of a prescribed motion is
   /// the one with which the substep ends: set_next_pose() motions have a velocity jump there; the
   /// incoming velocity keeps resting bodies from being braked.
@@ -202,10 +217,16 @@ class IslandRun {
                       const std::vector<Certificate>& certificates);
   /// Contacts of all near pairs at now().
   void find_contacts();
+  /// Calls item(index, workspace) for all indices below `count`, on several threads if there are
+  /// many. Items must be independent of each other: the results are those of one thread.
+  void for_all(std::size_t count,
+               const std::function<void(std::size_t, StepWorkspace&)>& item) const;
   /// Records that the members' velocities are about to change; null unless that is asked for.
   VelocityChange* begin_change(VelocityChangeKind kind, const TimeInterval& interval);
   /// They have changed.
   void end_change(VelocityChange* change) const;
+  /// Adds up what for_all() has spent on proofs.
+  void add_proof_costs();
   /// A timer of one part of the work; see StepTimes.
   PartTimer timer(Scalar StepTimes::*part) {
     return PartTimer(context_.options->measures_time, outcome_.times.*part);
@@ -220,7 +241,10 @@ class IslandRun {
   void fail(AdvanceStatus status, PairKey pair);
 
  private:
-  bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB);
+  BodyMove support_move(const BodyRecord& body) const;
+  void find_contacts(RunPair& pair, const std::vector<Twist>& twists, ContactWorkspace& workspace);
+  bool push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB,
+                  ContactWorkspace& workspace);
   Scalar expected_approach(const RunPair& pair, Scalar travel) const;
   Scalar most_reach(const RunPair& pair) const;
   bool try_flight();

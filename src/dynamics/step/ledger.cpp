@@ -262,7 +262,7 @@ Certificate certify(PairState& pair, const BodyMove& a, const BodyMove& b,
     }
   }
   certificate.proof = PairProof::by_query(pair, interval, result);
-  certificate.result = std::move(result);
+  certificate.result = std::make_unique<const ToiResult>(std::move(result));
   return certificate;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stop_token>
@@ -89,8 +90,8 @@ class LimitInterrupt final : public Interrupt {
 /// Either a proof over the whole interval, or the query's result instead.
 struct Certificate {
   std::optional<PairProof> proof;
-  std::optional<ToiResult> result;  // of the query, if one was made
-  Scalar closing = 0;               // bound on how much the gap shrinks over the interval
+  std::unique_ptr<const ToiResult> result;  // of the query, if one was made: few pairs need one
+  Scalar closing = 0;                       // bound on how much the gap shrinks over the interval
 };
 
 /// Proves that a pair stays farther apart than `kept`, trying the cheapest proof first: it is at

@@ -53,6 +53,27 @@ struct PairPoses {
 
 using RunPair = IslandRun::RunPair;
 
+/// Poses of the members before and after a substep, and its length.
+struct MemberPoses {
+  std::vector<RigidPose> start, end;
+  Scalar tau = 0;
+
+  RigidPose end_of(const IslandRun& run, const std::optional<std::size_t>& member,
+                   const BodyRecord& body) const {
+    if (member) return end[*member];
+    if (body.definition.kind != BodyKind::Kinematic) return body.X_WB();
+    return body.definition.motion->pose(run.now() + tau);
+  }
+  RigidPose start_of(const IslandRun& run, const std::optional<std::size_t>& member,
+                     const BodyRecord& body) const {
+    return member ? start[*member] : run.pose_of(member, body);
+  }
+  PairPoses of(const IslandRun& run, const RunPair& pair) const {
+    return {start_of(run, pair.member_a, *pair.a), start_of(run, pair.member_b, *pair.b),
+            end_of(run, pair.member_a, *pair.a), end_of(run, pair.member_b, *pair.b)};
+  }
+};
+
 // A contact's features say where it is.
 EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const RunPair& pair,
                        const PairPoses& poses, Scalar tau) {
@@ -63,60 +84,106 @@ EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const
   return end;
 }
 
-// Where these contacts of a substep of length tau are at its end, after the last solve, in their
-// order.
-// @param poses By pair.
-// @return None if the search was cut off; see measured_end_gaps().
-std::optional<std::vector<EndGap>> find_ends(SubstepProblem& substep, Scalar tau,
-                                             std::span<const PairPoses> poses,
-                                             std::span<const std::size_t> contacts) {
-  std::vector<EndGap> ends(contacts.size());
-  // The facet of a contact on a curved surface says little about its end: other facets may have
-  // come nearer by then. Those of one pair are looked for together.
-  std::vector<std::size_t> curved;
-  const auto pair_of = [&](std::size_t k) { return substep.contacts()[contacts[k]].pair; };
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const RunPair& pair = substep.run().pairs()[pair_of(k)];
-    const ContactPoint& point = substep.contacts()[contacts[k]].point;
-    if (is_on_curved_surface(point, *pair.a, *pair.b)) {
-      curved.push_back(k);
-    } else {
-      ends[k] = end_of_features(substep, contacts[k], pair, poses[pair_of(k)], tau);
-    }
+/// Contacts on curved surfaces of one pair: a range of find_ends()'s.
+struct CurvedRange {
+  std::size_t first = 0;
+  std::size_t last = 0;
+};
+
+// Finds where contacts of a substep are at its end, after the last solve.
+class EndSearch {
+ public:
+  EndSearch(SubstepProblem& substep, const MemberPoses& poses,
+            std::span<const std::size_t> contacts)
+      : substep_(substep), poses_(poses), contacts_(contacts), ends_(contacts.size()) {}
+
+  // In the order of the contacts; none if the search was cut off, see measured_end_gaps().
+  std::optional<std::vector<EndGap>> run();
+
+ private:
+  std::size_t pair_of(std::size_t k) const { return substep_.contacts()[contacts_[k]].pair; }
+  const RunPair& run_pair(std::size_t k) const { return substep_.run().pairs()[pair_of(k)]; }
+  EndGap end_of_contact(std::size_t k) const {
+    const RunPair& pair = run_pair(k);
+    return end_of_features(substep_, contacts_[k], pair, poses_.of(substep_.run(), pair),
+                           poses_.tau);
   }
-  std::stable_sort(curved.begin(), curved.end(),
+  std::vector<CurvedRange> sort_curved();
+  bool measure(const CurvedRange& range, StepWorkspace& workspace);
+
+  SubstepProblem& substep_;
+  const MemberPoses& poses_;
+  std::span<const std::size_t> contacts_;
+  std::vector<EndGap> ends_;
+  std::vector<char> is_curved_;
+  std::vector<std::size_t> curved_;  // by pair
+};
+
+// The facet of a contact on a curved surface says little about its end: other facets may have come
+// nearer by then. Those of one pair are looked for together.
+std::vector<CurvedRange> EndSearch::sort_curved() {
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    if (is_curved_[k]) curved_.push_back(k);
+  }
+  std::stable_sort(curved_.begin(), curved_.end(),
                    [&](std::size_t x, std::size_t y) { return pair_of(x) < pair_of(y); });
-  std::vector<CurvedContact> together;
-  std::vector<Vector3> points_W;
-  for (std::size_t first = 0, last = 0; first < curved.size(); first = last) {
-    const std::size_t number = pair_of(curved[first]);
-    const RunPair& pair = substep.run().pairs()[number];
-    const PairPoses& at = poses[number];
-    together.clear();
-    for (; last < curved.size() && pair_of(curved[last]) == number; ++last) {
-      const std::size_t contact = contacts[curved[last]];
-      together.push_back({&substep.contacts()[contact].point, substep.curved_move(contact, tau)});
-    }
-    points_W.clear();
-    for (const SubstepContact& entry : substep.contacts()) {
-      if (entry.pair == number) points_W.push_back(at.X_WA_end * entry.point.p_ACa);
-    }
-    const PairAtEnd at_end{pair.state->lengths, *pair.a->definition.shape,
-                           at.X_WA_end,         *pair.b->definition.shape,
-                           at.X_WB_end,         points_W};
-    if (together.size() > 1) {
-      list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
-    }
-    const auto measured =
-        measured_end_gaps(at_end, together, pair.state->neighbours, substep.run().context().limits,
-                          substep.run().workspace().contacts);
-    if (!measured) return std::nullopt;
-    for (std::size_t k = first; k < last; ++k) {
-      const std::optional<EndGap>& end = (*measured)[k - first];
-      ends[curved[k]] = end ? *end : end_of_features(substep, contacts[curved[k]], pair, at, tau);
-    }
+  std::vector<CurvedRange> ranges;
+  for (std::size_t i = 0; i < curved_.size(); ++i) {
+    if (i == 0 || pair_of(curved_[i]) != pair_of(curved_[i - 1])) ranges.push_back({i, i});
+    ranges.back().last = i + 1;
   }
-  return ends;
+  return ranges;
+}
+
+// Returns false if it was cut off.
+bool EndSearch::measure(const CurvedRange& range, StepWorkspace& workspace) {
+  const std::size_t number = pair_of(curved_[range.first]);
+  const RunPair& pair = run_pair(curved_[range.first]);
+  const PairPoses at = poses_.of(substep_.run(), pair);
+  std::vector<CurvedContact> together;
+  for (std::size_t k = range.first; k < range.last; ++k) {
+    const std::size_t contact = contacts_[curved_[k]];
+    together.push_back(
+        {&substep_.contacts()[contact].point, substep_.curved_move(contact, poses_.tau)});
+  }
+  std::vector<Vector3> points_W;
+  for (const SubstepContact& entry : substep_.contacts()) {
+    if (entry.pair == number) points_W.push_back(at.X_WA_end * entry.point.p_ACa);
+  }
+  const PairAtEnd at_end{pair.state->lengths, *pair.a->definition.shape,
+                         at.X_WA_end,         *pair.b->definition.shape,
+                         at.X_WB_end,         points_W};
+  if (together.size() > 1) {
+    list_end(*pair.state, at_end.a, at_end.X_WA, at_end.b, at_end.X_WB);
+  }
+  const auto measured = measured_end_gaps(at_end, together, pair.state->neighbours,
+                                          substep_.run().context().limits, workspace.contacts);
+  if (!measured) return false;
+  for (std::size_t k = range.first; k < range.last; ++k) {
+    const std::optional<EndGap>& end = (*measured)[k - range.first];
+    ends_[curved_[k]] = end ? *end : end_of_contact(curved_[k]);
+  }
+  return true;
+}
+
+std::optional<std::vector<EndGap>> EndSearch::run() {
+  const IslandRun& run = substep_.run();
+  is_curved_.resize(contacts_.size());
+  run.for_all(contacts_.size(), [&](std::size_t k, StepWorkspace&) {
+    const RunPair& pair = run_pair(k);
+    const ContactPoint& point = substep_.contacts()[contacts_[k]].point;
+    is_curved_[k] = is_on_curved_surface(point, *pair.a, *pair.b);
+    if (!is_curved_[k]) ends_[k] = end_of_contact(k);
+  });
+  const std::vector<CurvedRange> ranges = sort_curved();
+  std::vector<char> is_measured(ranges.size());
+  run.for_all(ranges.size(), [&](std::size_t i, StepWorkspace& workspace) {
+    is_measured[i] = measure(ranges[i], workspace);
+  });
+  if (std::find(is_measured.begin(), is_measured.end(), char{0}) != is_measured.end()) {
+    return std::nullopt;
+  }
+  return std::move(ends_);
 }
 
 /// The proofs of all pairs of an island for one substep, round after round from the same start.
@@ -141,20 +208,22 @@ class SubstepProofs {
   std::size_t first_hit() const;
 
  private:
-  struct Proven {  // twists of the last proof, and what it has to spare
-    BodyMove a;
-    BodyMove b;
-    Scalar margin = 0;
+  struct Proven {
+    std::size_t round = 0;  // of the last proof, from 1 on
+    Scalar margin = 0;      // what it has to spare
   };
 
+  Scalar change_since(std::size_t round, const std::optional<std::size_t>& member,
+                      const BodyRecord& body) const;
   bool still_holds(std::size_t pair, const BodyMove& a, const BodyMove& b) const;
-  Certificate prove(std::size_t pair, const BodyMove& a, const BodyMove& b);
+  Certificate prove(std::size_t pair, const BodyMove& a, const BodyMove& b,
+                    StepWorkspace& workspace);
 
   IslandRun& run_;
   Scalar tau_;
   std::vector<Certificate> certificates_;
-  std::vector<Proven> proven_;  // by pair
-  int rounds_ = 0;
+  std::vector<Proven> proven_;              // by pair
+  std::vector<std::vector<Twist>> twists_;  // of the members, by round
   std::size_t hits_ = 0;
   std::size_t last_hits_ = 0;  // of the round before
 };
@@ -172,30 +241,37 @@ constexpr Scalar kProofMargin = 0.25;
 constexpr std::size_t kMostHits = 10;
 constexpr Scalar kFewerHits = 0.9;
 
-// How far a point can be from where it was in the other move after tau.
-Scalar largest_change(const BodyMove& now, const BodyMove& before, Scalar tau) {
-  if (!now.is_twist || !before.is_twist) return now.motion == before.motion ? 0 : kInfinity;
-  return (1 + kMotionNoise) * tau *
-         ((now.v_W - before.v_W).norm() + (now.w_W - before.w_W).norm() * now.body->radius);
-}
-
 }  // namespace
+
+// How far a point of a body can be from where it was in that round. Bodies outside the island move
+// in every round alike.
+Scalar SubstepProofs::change_since(std::size_t round, const std::optional<std::size_t>& member,
+                                   const BodyRecord& body) const {
+  if (!member) return 0;
+  const Twist& now = twists_.back()[*member];
+  const Twist& before = twists_[round - 1][*member];
+  return (1 + kMotionNoise) * tau_ *
+         ((now.v_WB - before.v_WB).norm() + (now.w_WB - before.w_WB).norm() * body.radius);
+}
 
 bool SubstepProofs::still_holds(std::size_t pair, const BodyMove& a, const BodyMove& b) const {
   const Proven& proven = proven_[pair];
   if (!(proven.margin > 0)) return false;
-  return largest_change(a, proven.a, tau_) + largest_change(b, proven.b, tau_) + pair_noise(a, b) <
+  const RunPair& bodies = run_.pairs()[pair];
+  return change_since(proven.round, bodies.member_a, *bodies.a) +
+             change_since(proven.round, bodies.member_b, *bodies.b) + pair_noise(a, b) <
          proven.margin;
 }
 
-Certificate SubstepProofs::prove(std::size_t pair, const BodyMove& a, const BodyMove& b) {
+Certificate SubstepProofs::prove(std::size_t pair, const BodyMove& a, const BodyMove& b,
+                                 StepWorkspace& workspace) {
   PairState& state = *run_.pairs()[pair].state;
   const TimeInterval interval{run_.now(), run_.now() + tau_};
   const auto prove_more = [&](Scalar margin) {
     Certificate certificate = certify(state, a, b, interval, state.kept_distance() + margin,
-                                      run_.context().limits, run_.workspace().toi);
+                                      run_.context().limits, workspace.toi);
     if (certificate.result) {
-      add(run_.outcome().toi, certificate.result->statistics);
+      add(workspace.proofs, certificate.result->statistics);
       state.advancement_steps += certificate.result->statistics.node_pairs;
     }
     return certificate;
@@ -203,11 +279,11 @@ Certificate SubstepProofs::prove(std::size_t pair, const BodyMove& a, const Body
   proven_[pair].margin = 0;
   // A pair that began too near has nothing to spare.
   const bool is_ordinary = !state.uncertified_gap && !state.overlaps;
-  if (rounds_ > 1 && is_ordinary) {
+  if (twists_.size() > 1 && is_ordinary) {
     const Scalar margin = kProofMargin * state.lengths.rest_offset;
     Certificate certificate = prove_more(margin);
     if (certificate.proof && !state.uncertified_gap && !state.overlaps) {
-      proven_[pair] = {a, b, margin};
+      proven_[pair] = {twists_.size(), margin};
       return certificate;
     }
   }
@@ -219,23 +295,27 @@ void SubstepProofs::find(const std::vector<BodyMove>& moves) {
   const std::size_t count = run_.pairs().size();
   certificates_.resize(count);
   proven_.resize(count);
-  ++rounds_;
-  last_hits_ = std::exchange(hits_, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const IslandRun::RunPair& pair = run_.pairs()[i];
-    const BodyMove a = pair.member_a ? moves[*pair.member_a] : run_.support_move(*pair.a);
-    const BodyMove b = pair.member_b ? moves[*pair.member_b] : run_.support_move(*pair.b);
+  std::vector<Twist>& twists = twists_.emplace_back();
+  for (const BodyMove& move : moves) twists.push_back({move.v_W, move.w_W});
+  run_.for_all(count, [&](std::size_t i, StepWorkspace& workspace) {
+    const RunPair& pair = run_.pairs()[i];
+    BodyMove support;
+    const BodyMove& a = run_.move_of(pair.member_a, *pair.a, moves, support);
+    const BodyMove& b = run_.move_of(pair.member_b, *pair.b, moves, support);
     if (still_holds(i, a, b)) {
       certificates_[i].closing = closing_bound(a, b, {run_.now(), run_.now() + tau_});
     } else {
-      certificates_[i] = prove(i, a, b);
+      certificates_[i] = prove(i, a, b, workspace);
     }
-    if (!certificates_[i].proof) ++hits_;
-  }
+  });
+  run_.add_proof_costs();
+  last_hits_ = hits_;
+  hits_ = std::size_t(std::count_if(certificates_.begin(), certificates_.end(),
+                                    [](const Certificate& it) { return !it.proof; }));
 }
 
 bool SubstepProofs::is_hopeless() const {
-  return rounds_ > 1 && hits_ > kMostHits && Scalar(hits_) > kFewerHits * Scalar(last_hits_);
+  return twists_.size() > 1 && hits_ > kMostHits && Scalar(hits_) > kFewerHits * Scalar(last_hits_);
 }
 
 std::size_t SubstepProofs::first_hit() const {
@@ -411,7 +491,6 @@ class Substep {
     return kContradictionTolerances * 0.001 * substep_.rest_offset() / tau_;
   }
   std::optional<bool> update_errors();
-  RigidPose end_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   void make_moves();
   bool answer_hits();
   void store_velocities();
@@ -426,7 +505,7 @@ class Substep {
   std::vector<Wrench> wrenches_;
   std::vector<Vector3> free_L_W_;
   std::vector<BodyMove> moves_;
-  std::vector<PairPoses> poses_;  // by pair
+  MemberPoses poses_;
   SubstepProofs proofs_;
   std::vector<Vector3> stored_v_W_;
   std::vector<Vector3> stored_L_W_;
@@ -458,11 +537,9 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     if (!may_bounce_ || !(pair.restitution > 0)) return true;
     return !bounces(run_, pair, normal_velocity(run_, pair, point));
   });
-  poses_.reserve(run.pairs().size());
-  for (const RunPair& pair : run.pairs()) {
-    const RigidPose X_WA = run.pose_of(pair.member_a, *pair.a);
-    const RigidPose X_WB = run.pose_of(pair.member_b, *pair.b);
-    poses_.push_back({X_WA, X_WB, X_WA, X_WB});
+  poses_.tau = tau_;
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    poses_.start.push_back(run.pose_of(i, *run.members()[i].body));
   }
   substep_.take_joints(tau_ / 2);
   springs_.emplace(substep_, tau_);
@@ -525,24 +602,13 @@ void Substep::solve_move() {
 
 void Substep::make_moves() {
   moves_.clear();
+  poses_.end.clear();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const Member& member = run_.members()[i];
     const ContactBody& body = substep_.problem().bodies[i];
     moves_.push_back(twist_move(*member.body, member.state, run_.now(), body.v_W, body.w_W));
+    poses_.end.push_back(moves_.back().motion->pose(run_.now() + tau_));
   }
-  for (std::size_t i = 0; i < run_.pairs().size(); ++i) {
-    const RunPair& pair = run_.pairs()[i];
-    poses_[i].X_WA_end = end_pose(pair.member_a, *pair.a);
-    poses_[i].X_WB_end = end_pose(pair.member_b, *pair.b);
-  }
-}
-
-RigidPose Substep::end_pose(const std::optional<std::size_t>& member,
-                            const BodyRecord& body) const {
-  const Scalar t_end = run_.now() + tau_;
-  if (member) return moves_[*member].motion->pose(t_end);
-  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t_end);
-  return body.X_WB();
 }
 
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated;
@@ -555,7 +621,7 @@ std::optional<bool> Substep::update_errors() {
   for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
     if (!substep_.end_is_known(i, tau_)) sought.push_back(i);
   }
-  const std::optional<std::vector<EndGap>> ends = find_ends(substep_, tau_, poses_, sought);
+  const std::optional<std::vector<EndGap>> ends = EndSearch(substep_, poses_, sought).run();
   if (!ends) return std::nullopt;
   for (std::size_t k = 0; k < sought.size(); ++k) {
     has_changed = substep_.take_end(sought[k], (*ends)[k], tau_) || has_changed;
@@ -563,7 +629,9 @@ std::optional<bool> Substep::update_errors() {
   for (std::size_t i = 0; i < substep_.contacts().size() && !ends_short_; ++i) {
     ends_short_ = substep_.ends_short(i, tau_);
   }
-  const auto end = [this](const auto& member, const auto& body) { return end_pose(member, body); };
+  const auto end = [this](const auto& member, const auto& body) {
+    return poses_.end_of(run_, member, body);
+  };
   has_changed = springs_->update(end) || has_changed;
   return update_joint_errors(substep_, tau_, end) || has_changed;
 }
@@ -586,14 +654,17 @@ bool Substep::answer_hits() {
                         speed > run_.restitution_speed(pair);
   const bool may_land = pair.missed_landings < kMostMissedLandings && met.t_safe > run_.now();
   if (may_bounce_ && may_land && (is_violent || is_event || bounces(run_, pair, -speed))) {
-    pair.hit = met;
+    pair.hit = std::make_shared<const ToiResult>(met);
     must_land_ = true;
     return false;
   }
   for (std::size_t i = 0; i < certificates.size(); ++i) {
     const auto& result = certificates[i].result;
     if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
-    substep_.add_hit(i, point_of_hit(*result, poses_[i].X_WA, poses_[i].X_WB), tau_);
+    const RunPair& hit = run_.pairs()[i];
+    const RigidPose X_WA = poses_.start_of(run_, hit.member_a, *hit.a);
+    const RigidPose X_WB = poses_.start_of(run_, hit.member_b, *hit.b);
+    substep_.add_hit(i, point_of_hit(*result, X_WA, X_WB), tau_);
   }
   return true;
 }
@@ -643,7 +714,8 @@ void Substep::commit(Scalar tau) {
   }
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     Member& member = run_.members()[i];
-    const RigidPose X_WB = without_drift(moves_[i].motion->pose(t_end));
+    const RigidPose X_WB =
+        without_drift(tau == tau_ ? poses_.end[i] : moves_[i].motion->pose(t_end));
     // A truncated substep received too large a half-kick; subtract the excess.
     member.state.v_W =
         stored_v_W_[i] + (tau - tau_) / 2 * member.body->inverse_mass * wrenches_[i].force;

@@ -2,11 +2,9 @@
 #include "dynamics/step/world_step.h"
 
 #include <algorithm>
-#include <exception>
 #include <numeric>
 #include <utility>
 
-#include "core/batch_run.h"
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/step/island.h"
@@ -368,15 +366,19 @@ void WorldStep::assign_links() {
 bool WorldStep::foresee_hits() {
   const PartTimer timing(world_.options.measures_time, report_.times.proofs);
   const TimeInterval interval{context_.t, context_.t_end};
-  const auto margin = [&](const PairState& pair, const BodyRecord& a, const BodyRecord& b) {
-    const Scalar speed = (a.state.v_W - b.state.v_W).norm() +
-                         a.angular_velocity().norm() * a.radius +
-                         b.angular_velocity().norm() * b.radius;
+  const auto margin = [&](const PairState& pair, const BodyMove& a, const BodyMove& b) {
+    const Scalar speed =
+        (a.v_W - b.v_W).norm() + a.w_W.norm() * a.body->radius + b.w_W.norm() * b.body->radius;
     return std::min(kForecastRadiusFraction * pair.lengths.radius,
                     kForecastTravelFraction * interval.length() * speed);
   };
-  const auto kept_velocity = [&](const BodyRecord& body) {
-    return twist_move(body, body.state, context_.t, body.state.v_W, body.angular_velocity());
+  moves_.assign(world_.bodies.size(), BodyMove{});
+  const auto kept_velocity = [&](const BodyRecord& body) -> const BodyMove& {
+    BodyMove& move = moves_[body.id.slot];
+    if (!move.body) {
+      move = twist_move(body, body.state, context_.t, body.state.v_W, body.angular_velocity());
+    }
+    return move;
   };
   bool has_links = false;
   for (const auto& pair : world_.pairs) {
@@ -385,8 +387,10 @@ bool WorldStep::foresee_hits() {
     if (!a.is_awake() || !b.is_awake() || !is_examined(pair->key)) continue;
     if (island_of_[pair->key.a] == island_of_[pair->key.b]) continue;
     pair->start_from_committed();
-    const Certificate certificate = certify(*pair, kept_velocity(a), kept_velocity(b), interval,
-                                            pair->kept_distance() + margin(*pair, a, b),
+    const BodyMove& move_a = kept_velocity(a);
+    const BodyMove& move_b = kept_velocity(b);
+    const Certificate certificate = certify(*pair, move_a, move_b, interval,
+                                            pair->kept_distance() + margin(*pair, move_a, move_b),
                                             context_.limits, world_.workspaces.front()->toi);
     pair->commit_bounds();  // of the gap where the step begins
     if (certificate.result) add(report_.toi, certificate.result->statistics);
@@ -422,14 +426,15 @@ void WorldStep::run_islands() {
     if (!outcomes_[i].has_run || outcomes_[i].reached > context_.t_end) todo.push_back(i);
   }
   report_.work.islands += static_cast<std::int64_t>(todo.size());
-  run_parallel(todo.size(), [&](std::size_t k, StepWorkspace& workspace) {
+  const auto run = [&](std::size_t k, StepWorkspace& workspace) {
     const std::size_t i = todo[k];
     if (is_alone(context_, islands_[i]) && !context_.limits.exceeded()) {
       fly_alone(context_, islands_[i], outcomes_[i]);
     } else {
       outcomes_[i] = IslandRun(context_, islands_[i], workspace).run();
     }
-  });
+  };
+  run_parallel(world_.options.thread_count, todo.size(), 1, world_.workspaces, run);
 }
 
 // An island that could not reach the end holds all others back.
@@ -441,34 +446,6 @@ void WorldStep::shorten_to_reached() {
     context_.t_end = reached;
     if (!(reached > context_.t)) return;
     run_islands();
-  }
-}
-
-// Calls item(index, workspace) for all indices on the World's threads. Of all exceptions, the one
-// at the lowest index is rethrown, whatever the number of threads.
-template <typename Item>
-void WorldStep::run_parallel(std::size_t item_count, const Item& item) {
-  BatchOptions batch;
-  batch.thread_count = world_.options.thread_count;
-  const std::size_t workers =
-      item_count < 2 ? 1 : std::max<std::size_t>(1, batch_worker_count(item_count, batch));
-  while (world_.workspaces.size() < workers) {
-    world_.workspaces.push_back(std::make_unique<StepWorkspace>());
-  }
-  if (workers == 1) {
-    for (std::size_t i = 0; i < item_count; ++i) item(i, *world_.workspaces[0]);
-    return;
-  }
-  std::vector<std::exception_ptr> errors(item_count);
-  run_batch(item_count, batch, [&](std::size_t i, std::size_t worker) {
-    try {
-      item(i, *world_.workspaces[worker]);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-  });
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
   }
 }
 
@@ -486,10 +463,11 @@ WorldStep::RestProofs WorldStep::prove_the_rest() {
   bound_speeds(open);
   std::vector<Certificate> certificates(open.size());
   std::vector<Scalar> times(open.size(), 0);
-  run_parallel(open.size(), [&](std::size_t i, StepWorkspace& workspace) {
+  const auto prove = [&](std::size_t i, StepWorkspace& workspace) {
     const PartTimer timing(world_.options.measures_time, times[i]);
     prove_pair(*open[i], certificates[i], workspace.toi);
-  });
+  };
+  run_parallel(world_.options.thread_count, open.size(), 1, world_.workspaces, prove);
   report_.times.proofs = std::accumulate(times.begin(), times.end(), report_.times.proofs);
   for (std::size_t i = 0; i < open.size(); ++i) {
     if (certificates[i].result) add(report_.toi, certificates[i].result->statistics);

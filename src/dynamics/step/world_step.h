@@ -94,9 +94,6 @@ class WorldStep {
   void report_crossings();
   void add_totals();
 
-  template <typename Item>
-  void run_parallel(std::size_t item_count, const Item& item);
-
   World::Impl& world_;
   AdvanceReport& report_;
   StepContext context_;
