@@ -45,7 +45,7 @@ void expect_laws(const std::function<Matrix3(std::mt19937_64&)>& random_W) {
     const Vector3 q = random_vector(1, random);
     const Scalar friction = random_magnitude(-2, 1, random);
     Scalar slip = random_number(0, 1, random);
-    const Vector3 lambda = solve_contact(W, q, friction, slip);
+    const Vector3 lambda = LocalContact(W).solve(q, friction, slip);
     const Vector3 u = W * lambda + q;
     const Scalar noise = 1e-11 * (q.norm() + W.norm() * lambda.norm());
     const Scalar bound = friction * lambda[0];

@@ -68,43 +68,31 @@ bool is_uncoupled(const Matrix3& W) {
   return largest <= noise;
 }
 
-// The closed form of solve_contact() for such a W and q[0] < 0.
-Vector3 solve_uncoupled(const Matrix3& W, const Vector3& q, Scalar friction, Scalar& slip) {
-  const Scalar normal = -q[0] / W(0, 0);
-  const Scalar bound = friction * normal;
-  const Scalar mobility = W(1, 1) + kContactMobilityNoise * W.trace();  // may be locked
-  const Scalar sliding = tangent_length(q);
-  if (sliding <= mobility * bound) {
-    slip = 0;
-    return {normal, -q[1] / mobility, -q[2] / mobility};
-  }
-  const Scalar shrink = bound / sliding;
-  slip = sliding / bound - mobility;
-  return {normal, -q[1] * shrink, -q[2] * shrink};
-}
-
 }  // namespace
 
-Vector3 solve_contact(const Matrix3& W, const Vector3& q, Scalar friction, Scalar& slip) {
-  if (q[0] >= 0) {
-    slip = 0;
-    return Vector3::Zero();
-  }
-  if (friction > 0 && is_uncoupled(W)) return solve_uncoupled(W, q, friction, slip);
-  const Scalar W_nn_inverse = 1 / W(0, 0);
-  const Scalar normal = -q[0] * W_nn_inverse;
+LocalContact::LocalContact(const Matrix3& W) : normal_inverse_(1 / W(0, 0)) {
+  const Scalar noise = kContactMobilityNoise * W.trace();  // handles a locked direction
+  is_uncoupled_ = is_uncoupled(W);
+  tangential_ = W(1, 1) + noise;
+  tangential_inverse_ = 1 / tangential_;
+  coupling_ = W.block<2, 1>(1, 0) * normal_inverse_;
+  A_ = W.bottomRightCorner<2, 2>() - coupling_ * W.block<1, 2>(0, 1);
+  A_.diagonal().array() += noise;
+  const ShiftedInverse inverse(A_, 0);
+  A_inverse_ << inverse * Vector2::UnitX(), inverse * Vector2::UnitY();
+}
+
+Vector3 LocalContact::solve_coupled(const Vector3& q, Scalar friction, Scalar& slip) const {
+  const Scalar normal = -q[0] * normal_inverse_;
   if (friction == 0) return {normal, 0, 0};
-  const Vector2 coupling = W.block<2, 1>(1, 0) * W_nn_inverse;
-  Eigen::Matrix2d A = W.bottomRightCorner<2, 2>() - coupling * W.block<1, 2>(0, 1);
-  A.diagonal().array() += kContactMobilityNoise * W.trace();  // handles a locked direction
-  const Vector2 b = coupling * q[0] - q.tail<2>();
-  Vector2 p = ShiftedInverse(A, 0) * b;
-  Scalar n = normal - coupling.dot(p);
+  const Vector2 b = coupling_ * q[0] - q.tail<2>();
+  Vector2 p = A_inverse_ * b;
+  Scalar n = normal - coupling_.dot(p);
   if (p.squaredNorm() <= friction * friction * n * n && n >= 0) {
     slip = 0;
   } else {
-    p = slide(A, b, friction * normal, -friction * coupling, slip);
-    n = std::max(normal - coupling.dot(p), Scalar{0});
+    p = slide(A_, b, friction * normal, -friction * coupling_, slip);
+    n = std::max(normal - coupling_.dot(p), Scalar{0});
     p = clip(p, friction * n);
   }
   return {n, p[0], p[1]};

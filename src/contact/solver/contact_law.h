@@ -17,6 +17,34 @@ enum class BlockKind {
   Torsion,  // one component, bounded likewise
 };
 
+// The mobility W of one contact, prepared for solving its laws by themselves many times.
+class LocalContact {
+ public:
+  LocalContact() = default;
+  explicit LocalContact(const Matrix3& W);
+
+  // Finds lambda (normal, two tangents) such that u = W lambda + q and lambda obey Signorini's and
+  // Coulomb's laws. Exact up to rounding for every positive definite W. If there are several
+  // solutions (large friction), returns one that separates or sticks if it exists.
+  //
+  // Sliding means lambda_t = -u_t / slip: with u_n = 0 eliminated, (A + slip) lambda_t = b, and
+  // slip is the root of friction lambda_n / |lambda_t| = 1. `slip` is the initial guess and returns
+  // the result (0: sticks or separates), unless there is a closed form, which leaves it alone.
+  Vector3 solve(const Vector3& q, Scalar friction, Scalar& slip) const;
+
+ private:
+  Vector3 solve_uncoupled(const Vector3& q, Scalar friction) const;
+  Vector3 solve_coupled(const Vector3& q, Scalar friction, Scalar& slip) const;
+
+  bool is_uncoupled_ = false;
+  Scalar normal_inverse_ = 0;
+  Scalar tangential_ = 0;          // mobility along both tangents, if uncoupled
+  Scalar tangential_inverse_ = 0;  // the same
+  Vector2 coupling_ = Vector2::Zero();
+  Eigen::Matrix2d A_ = Eigen::Matrix2d::Zero();  // of the tangents with u_n = 0 eliminated
+  Eigen::Matrix2d A_inverse_ = Eigen::Matrix2d::Zero();
+};
+
 // What one contact or row requires of the bodies, in coordinates in which every body has unit mass:
 // body velocity = free velocity + S y with S S^T the mobility, relative velocity minus target u =
 // free + G_a y_a + G_b y_b, and y = sum of G^T lambda. Rows that a kind does not have are zero.
@@ -37,20 +65,11 @@ struct Block {
   Scalar upper = 0;
   Scalar compliance = 0;
   Vector3 lambda = Vector3::Zero();
-  Scalar slip = 0;  // of the last local solution, see solve_contact(); starts the next one
+  Scalar slip = 0;     // of the last local solution, see LocalContact; starts the next one
+  LocalContact local;  // of W, for a contact
 };
 
-// Solves one contact by itself: finds lambda (normal, two tangents) such that u = W lambda + q and
-// lambda obey Signorini's and Coulomb's laws. Exact up to rounding for every positive definite W.
-// If there are several solutions (large friction), returns one that separates or sticks if it
-// exists.
-//
-// Sliding means lambda_t = -u_t / slip: with u_n = 0 eliminated, (A + slip) lambda_t = b, and slip
-// is the root of friction lambda_n / |lambda_t| = 1. `slip` is the initial guess and returns the
-// result (0: sticks or separates).
-Vector3 solve_contact(const Matrix3& W, const Vector3& q, Scalar friction, Scalar& slip);
-
-// The same for two components that are bounded by |lambda| <= radius and oppose u = W lambda + q.
+// The laws of LocalContact for two components that are bounded by |lambda| <= radius and oppose u = W lambda + q.
 Vector2 solve_disc(const Eigen::Matrix2d& W, const Vector2& q, Scalar radius, Scalar& slip);
 
 // Length of the tangential part. Loads one number at a time: processors wait for a pair that was
@@ -59,6 +78,23 @@ inline Scalar tangent_length(const Vector3& x) {
   const Scalar a = x[1];
   const Scalar b = x[2];
   return std::sqrt(a * a + b * b);
+}
+
+// Inline, for contacts where nothing is coupled: sweeps over crowds of balls spend their time here.
+inline Vector3 LocalContact::solve_uncoupled(const Vector3& q, Scalar friction) const {
+  const Scalar normal = -q[0] * normal_inverse_;
+  const Scalar bound = friction * normal;
+  const Scalar sliding = tangent_length(q);
+  const Scalar shrink = sliding <= tangential_ * bound ? tangential_inverse_ : bound / sliding;
+  return {normal, -q[1] * shrink, -q[2] * shrink};
+}
+
+inline Vector3 LocalContact::solve(const Vector3& q, Scalar friction, Scalar& slip) const {
+  if (q[0] >= 0) {
+    slip = 0;
+    return Vector3::Zero();
+  }
+  return is_uncoupled_ ? solve_uncoupled(q, friction) : solve_coupled(q, friction, slip);
 }
 
 // Nearest point of {(n, t): |t| <= friction n}. Inline, as is project(): solvers spend most of

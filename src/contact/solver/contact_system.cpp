@@ -122,6 +122,7 @@ bool ContactSystem::finish(Block& block, const Matrix3& basis_W, std::size_t ind
     immovable_.push_back(block);
     return false;
   }
+  if (block.kind == BlockKind::Contact) block.local = LocalContact(block.W);
   blocks_.push_back(block);
   sources_.push_back({index, basis_W});
   return true;
@@ -232,16 +233,6 @@ void ContactSystem::update_velocities() {
     if (block.slot_a >= 0) y_[std::size_t(block.slot_a)] += block.G_a.transpose() * block.lambda;
     if (block.slot_b >= 0) y_[std::size_t(block.slot_b)] += block.G_b.transpose() * block.lambda;
   }
-}
-
-Vector3 ContactSystem::relative_velocity(const Block& block) const {
-  DYOP_ASSERT(block.slot_a < int(y_.size()) && block.slot_b < int(y_.size()), block.slot_a, ' ',
-              block.slot_b);
-  Vector3 u = block.free;
-  if (block.slot_a >= 0) u += block.G_a * y_[std::size_t(block.slot_a)];
-  if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
-  u[0] += block.compliance * block.lambda[0];
-  return u;
 }
 
 Scalar ContactSystem::residual(const Block& block) const {

@@ -188,8 +188,7 @@ namespace {
 Vector3 solve_block(Block& block, const Vector3& u, Scalar normal) {
   switch (block.kind) {
     case BlockKind::Contact:
-      return contact_internal::solve_contact(block.W, u - block.W * block.lambda, block.friction,
-                                             block.slip);
+      return block.local.solve(u - block.W * block.lambda, block.friction, block.slip);
     case BlockKind::Row:
     case BlockKind::Torsion:
       return contact_internal::project(block, block.lambda - u / block.weight, normal);
