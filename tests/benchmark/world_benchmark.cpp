@@ -49,7 +49,7 @@ void BM_FreeFlight(benchmark::State& state) {
   add_free_bodies(world, static_cast<int>(state.range(0)));
   step(state, world, 0.01);
 }
-BENCHMARK(BM_FreeFlight)->Arg(100)->Arg(1000)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_FreeFlight)->Arg(100)->Arg(1000)->Arg(8000)->Arg(64000)->Unit(benchmark::kMillisecond);
 
 void BM_Stack(benchmark::State& state) {
   World world(awake_options());

@@ -162,6 +162,7 @@ ContactSurface::ContactSurface(const Shape& shape) {
 
 bool ContactSurface::admits_at_vertex(std::int32_t vertex, const Vector3& n, Scalar sine,
                                       Scalar noise) const {
+  if (vertices_.size() == 1) return true;  // a ball's core
   const Vector3& p = vertices_[std::size_t(vertex)];
   for (const std::int32_t corner : topology->corners_of_vertex(vertex)) {
     const TriangleIndices& t = triangles_[std::size_t(corner / 3)];

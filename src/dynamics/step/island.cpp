@@ -317,6 +317,7 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
         std::max(acceleration_, member.acceleration_W.norm() + member.turning_acceleration);
   }
   outcome_.tracks.resize(members_.size());
+  for (Track& track : outcome_.tracks) track.most_travel = 0;
   pairs_.reserve(island.pairs.size());
   for (JointState* joint : island.joints) joint->start_from_committed();
   for (PairState* state : island.pairs) {
@@ -507,7 +508,9 @@ Certificate IslandRun::prove_flight(RunPair& pair, const std::vector<BodyMove>& 
 void IslandRun::commit_substep(Scalar t, const std::vector<BodyMove>& moves,
                                const std::vector<Certificate>& certificates) {
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    outcome_.tracks[i].pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
+    Track& track = outcome_.tracks[i];
+    track.pieces.push_back({{now_, t}, moves[i].motion, moves[i].is_rest});
+    track.most_travel += most_travel(moves[i], t - now_);
   }
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     PairState& state = *pairs_[i].state;

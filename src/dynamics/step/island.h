@@ -88,6 +88,7 @@ struct StepMemory {
   std::vector<Island> islands;
   std::vector<IslandOutcome> outcomes;
   std::vector<BodyMove> moves;
+  std::vector<std::uint32_t> known_moves;  // slots of those in use
   std::vector<AlignedBox> boxes;
 
   /// Takes out the runs of islands without a dirty body; the work of the others is added to the

@@ -77,6 +77,12 @@ BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t,
   return move;
 }
 
+Scalar most_travel(const BodyMove& move, Scalar tau) {
+  if (move.is_rest) return 0;
+  if (!move.is_twist) return kInfinity;
+  return (1 + kMotionNoise) * tau * (move.v_W.norm() + move.w_W.norm() * move.body->radius);
+}
+
 BodyMove rest_move(const BodyRecord& body, std::shared_ptr<const Motion> rest) {
   BodyMove move;
   move.body = &body;

@@ -54,6 +54,10 @@ struct Track {
 BodyMove twist_move(const BodyRecord& body, const CentralState& state, Scalar t, const Vector3& v_W,
                     const Vector3& w_W);
 
+/// Bound on the way of any point of B in so long a time, rounded up; infinite but for constant
+/// twists and rest.
+Scalar most_travel(const BodyMove& move, Scalar tau);
+
 BodyMove rest_move(const BodyRecord& body, std::shared_ptr<const Motion> rest);
 
 /// An arbitrary motion of a body, from time t on.

@@ -54,7 +54,8 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
       boxes_(world.memory.boxes),
       islands_(world.memory.islands),
       outcomes_(world.memory.outcomes),
-      moves_(world.memory.moves) {
+      moves_(world.memory.moves),
+      known_moves_(world.memory.known_moves) {
   context_.options = &world.options;
   context_.gravity_W = world.gravity_W;
   context_.t = world.time;
@@ -66,7 +67,7 @@ WorldStep::WorldStep(World::Impl& world, Scalar t_end, const AdvanceLimits& limi
 
 // Motions of the user are not kept longer than needed.
 WorldStep::~WorldStep() {
-  moves_.clear();
+  forget_moves();
 }
 
 AdvanceStatus WorldStep::run() {
@@ -372,10 +373,11 @@ bool WorldStep::foresee_hits() {
     return std::min(kForecastRadiusFraction * pair.lengths.radius,
                     kForecastTravelFraction * interval.length() * speed);
   };
-  moves_.assign(world_.bodies.size(), BodyMove{});
+  forget_moves();
   const auto kept_velocity = [&](const BodyRecord& body) -> const BodyMove& {
     BodyMove& move = moves_[body.id.slot];
     if (!move.body) {
+      known_moves_.push_back(body.id.slot);
       move = twist_move(body, body.state, context_.t, body.state.v_W, body.angular_velocity());
     }
     return move;
@@ -453,10 +455,7 @@ void WorldStep::shorten_to_reached() {
 
 // Pairs between islands and with sleepers: proofs, and the pairs that met instead.
 WorldStep::RestProofs WorldStep::prove_the_rest() {
-  moves_.clear();
-  for (std::uint32_t slot = 0; slot < world_.bodies.size(); ++slot) {
-    moves_.push_back(world_.bodies[slot].is_present() ? move_of(slot) : BodyMove{});
-  }
+  forget_moves();
   pair_what_left_its_box();
   RestProofs rest;
   const std::vector<PairState*> open = open_pairs(rest);
@@ -480,7 +479,21 @@ WorldStep::RestProofs WorldStep::prove_the_rest() {
   return rest;
 }
 
-BodyMove WorldStep::move_of(std::uint32_t slot) const {
+const BodyMove& WorldStep::move_of(std::uint32_t slot) {
+  if (!moves_[slot].body) {
+    moves_[slot] = found_move(slot);
+    known_moves_.push_back(slot);
+  }
+  return moves_[slot];
+}
+
+void WorldStep::forget_moves() {
+  for (const std::uint32_t slot : known_moves_) moves_[slot] = {};
+  known_moves_.clear();
+  moves_.resize(world_.bodies.size());
+}
+
+BodyMove WorldStep::found_move(std::uint32_t slot) const {
   const BodyRecord& body = world_.bodies[slot];
   const std::int32_t island = island_of_[slot];
   if (island >= 0) {
@@ -508,8 +521,8 @@ void WorldStep::pair_what_left_its_box() {
   for (std::size_t i = 0; i < islands_.size(); ++i) {
     for (std::size_t k = 0; k < islands_[i].bodies.size(); ++k) {
       const std::uint32_t slot = islands_[i].bodies[k];
-      if (moves_[slot].is_rest) continue;
       if (outcomes_[i].tracks[k].most_travel <= expected_travel_[slot]) continue;
+      if (move_of(slot).is_rest) continue;
       const AlignedBox box = box_of(world_.bodies[slot], moves_[slot]);
       if (boxes_[slot].contains(box)) continue;
       boxes_[slot].extend(box);
@@ -525,7 +538,9 @@ std::vector<PairState*> WorldStep::open_pairs(RestProofs& rest) {
   std::vector<PairState*> open;
   for (const auto& pair : world_.pairs) {
     if (pair->is_inner || !is_examined(pair->key)) continue;
-    if (moves_[pair->key.a].is_rest && moves_[pair->key.b].is_rest) {
+    const bool a_rests = move_of(pair->key.a).is_rest;
+    const bool b_rests = move_of(pair->key.b).is_rest;
+    if (a_rests && b_rests) {
       rest.proofs.push_back(PairProof::at_rest(pair->key, {context_.t, context_.t_end}));
       pair->start_from_committed();
     } else {
@@ -636,6 +651,8 @@ void WorldStep::report_crossings() {
     Certificate certificate;
     pair->overlaps = false;
     pair->uncertified_gap.reset();
+    move_of(pair->key.a);
+    move_of(pair->key.b);
     prove_pair(*pair, certificate, world_.workspaces.front()->toi);
     const bool is_clear = certificate.proof && certificate.proof->kind() != ProofKind::Excused;
     if (is_clear) {

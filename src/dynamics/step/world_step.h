@@ -80,7 +80,9 @@ class WorldStep {
   void shorten_to_reached();
 
   // Proofs.
-  BodyMove move_of(std::uint32_t slot) const;
+  const BodyMove& move_of(std::uint32_t slot);
+  BodyMove found_move(std::uint32_t slot) const;
+  void forget_moves();
   void pair_what_left_its_box();
   bool is_examined(PairKey key) const;
   std::vector<PairState*> open_pairs(RestProofs& rest);
@@ -109,7 +111,8 @@ class WorldStep {
   std::vector<bool> is_dirty_;           // by slot: its island must run again
   std::vector<Island>& islands_;
   std::vector<IslandOutcome>& outcomes_;
-  std::vector<BodyMove>& moves_;  // by slot, over the whole step
+  std::vector<BodyMove>& moves_;             // by slot, over the whole step, once asked for
+  std::vector<std::uint32_t>& known_moves_;  // the slots of those asked for
 };
 
 }  // namespace dyop::dynamics_internal
