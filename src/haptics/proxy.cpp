@@ -84,8 +84,7 @@ void Proxy::reset(const ToolPose& pose) {
   was_escape_cut_ = false;
 }
 
-// --- a tick
-// ---------------------------------------------------------------------------------------
+// --- a tick -------------------------------------------------------------------------------------
 
 FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
                            TickStatistics& work) {
@@ -212,8 +211,7 @@ void Proxy::take_pace(bool was_cut, bool has_moved) {
   if (was_cut && !has_moved && !contacts_.was_hasty()) pace = std::max(kLeastPace, pace / 2);
 }
 
-// --- a motion
-// -------------------------------------------------------------------------------------
+// --- a motion -----------------------------------------------------------------------------------
 
 // @return The time until which it was made.
 Scalar Proxy::move(const ToolPose& goal, const Piece& piece, Following& tick) {
@@ -311,8 +309,7 @@ void Proxy::add_impulses(Scalar time) {
   }
 }
 
-// --- a way out
-// ------------------------------------------------------------------------------------
+// --- a way out ----------------------------------------------------------------------------------
 
 // Search an exit for the first overlapping pair; restart after failure because tissue moves; skip
 // every other tick if it was cut off, so that time is left to move.

@@ -24,6 +24,10 @@ const std::vector<KindRow>& kind_rows() {
       {{"pyramid", "courses", 1, 100}, io_internal::make_pyramid},
       {{"wall", "courses of 2 N bricks", 1, 50}, io_internal::make_wall},
       {{"pile", "cubes", 1, 20000}, io_internal::make_pile},
+      {{"spheres", "balls in a pit", 1, 20000}, io_internal::make_spheres},
+      {{"hulls", "pebbles in a pit, hulls of 20 to 60 points", 1, 5000}, io_internal::make_hulls},
+      {{"ragdolls", "ragdolls of six capsules", 1, 1000}, io_internal::make_ragdolls},
+      {{"rope", "links", 1, 1000}, io_internal::make_rope},
       {{"arch", "stones", 3, 1001}, io_internal::make_arch},
       {{"cards", "levels", 1, 30}, io_internal::make_cards},
       {{"domino", "dominoes", 1, 1000}, io_internal::make_domino},
@@ -436,6 +440,40 @@ Scalar scattered(int k) {
   return value - std::floor(value);
 }
 
+// A floor and four walls of half height `height` around a square of half side `half`.
+void add_pit(SceneBuilder& builder, Scalar half, Scalar height) {
+  builder.add_floor(Vector3::Zero(), half + 1, half + 1);
+  for (const Scalar sign : {-1.0, 1.0}) {
+    const std::string which = sign < 0 ? " 0" : " 1";
+    builder.add_static_body("wall x" + which, box_shape({0.5, half + 1, height}),
+                            {sign * (half + 0.5), 0, height});
+    builder.add_static_body("wall y" + which, box_shape({half + 1, 0.5, height}),
+                            {0, sign * (half + 0.5), height});
+  }
+}
+
+// Bodies in layers of side x side, `pitch` apart, from the floor of a pit of this side up.
+struct PitPlace {
+  int number;
+  int side;
+  Scalar pitch;
+  Scalar jitter = 0;  // to the sides, as a fraction of the pitch
+};
+
+// Turned as if by chance.
+void add_above_pit(SceneBuilder& builder, const std::string& name, Json shape,
+                   const PitPlace& place) {
+  const int k = place.number, side = place.side;
+  const Scalar half = place.pitch * side / 2;
+  const Vector3 cell(k % side, k / side % side, k / (side * side));
+  const Vector3 aside =
+      place.jitter * Vector3(2 * scattered(5 * k) - 1, 2 * scattered(8 * k) - 1, 0);
+  const Vector3 p = place.pitch * (cell + Vector3::Constant(0.5) + aside) - Vector3(half, half, 0);
+  Json& body = builder.add_body(name, std::move(shape), p);
+  const Vector3 axis(scattered(3 * k + 1) - 0.5, scattered(3 * k + 2) - 0.5, 1);
+  body["pose"]["axis_angle"] = turn_json(axis, 360 * scattered(7 * k + 3));
+}
+
 }  // namespace
 
 GeneratedScene make_stack(int n) {
@@ -498,24 +536,132 @@ GeneratedScene make_wall(int n) {
 GeneratedScene make_pile(int n) {
   constexpr Scalar kPitch = 2;  // more than the diagonal of a cube
   const int side = std::max(1, int(std::ceil(std::cbrt(Scalar(n)))));
-  const Scalar half = kPitch * side / 2;
   SceneBuilder builder("Cubes fall into a pit", 5);
-  builder.add_floor(Vector3::Zero(), half + 1, half + 1);
-  const Scalar height = half + 1;
-  for (const Scalar sign : {-1.0, 1.0}) {
-    const std::string which = sign < 0 ? " 0" : " 1";
-    builder.add_static_body("wall x" + which, box_shape({0.5, half + 1, height}),
-                            {sign * (half + 0.5), 0, height});
-    builder.add_static_body("wall y" + which, box_shape({half + 1, 0.5, height}),
-                            {0, sign * (half + 0.5), height});
-  }
+  add_pit(builder, kPitch * side / 2, kPitch * side / 2 + 1);
   for (int k = 0; k < n; ++k) {
-    const Vector3 place(k % side, k / side % side, k / (side * side));
-    const Vector3 p = kPitch * (place + Vector3::Constant(0.5)) - Vector3(half, half, 0);
-    Json& cube = builder.add_body(numbered("cube", k), box_shape(Vector3::Constant(kCubeHalf)), p);
-    const Vector3 axis(scattered(3 * k + 1) - 0.5, scattered(3 * k + 2) - 0.5, 1);
-    cube["pose"]["axis_angle"] = turn_json(axis, 360 * scattered(7 * k + 3));
+    add_above_pit(builder, numbered("cube", k), box_shape(Vector3::Constant(kCubeHalf)),
+                  {k, side, kPitch});
   }
+  return builder.finish();
+}
+
+// Crowds in a pit, ragdolls and a rope.
+namespace {
+
+// Straight columns of balls would stand.
+constexpr Scalar kJitter = 0.02;
+
+// A pit that half of a cube of n bodies fits in, `pitch` apart: they lie several layers deep.
+int narrow_side(int n) {
+  return std::max(1, int(std::ceil(std::cbrt(Scalar(n) / 2))));
+}
+
+// Points on an ellipsoid about its middle, 20 to 60 of them.
+std::vector<Vector3> pebble(int number) {
+  const int count = 20 + number % 41;
+  std::vector<Vector3> points;
+  for (int i = 0; i < count; ++i) {
+    // Evenly over the height, and turned by the golden angle: a spiral over the sphere.
+    const Scalar z = (2 * i + 1 - Scalar(count)) / count;
+    const Scalar angle = 2 * kHalfTurn * scattered(i + number);
+    const Scalar around = std::sqrt(1 - z * z);
+    const Vector3 p(around * std::cos(angle), around * std::sin(angle), z);
+    points.push_back(Vector3(0.55, 0.5, 0.42).cwiseProduct(p));
+  }
+  return points;
+}
+
+Json capsule_shape(Scalar radius, Scalar half_length) {
+  return {{"capsule", {{"radius", radius}, {"half_length", half_length}}}};
+}
+
+Json ball_joint(const std::string& a, const std::string& b, const Vector3& p_W) {
+  return {{"kind", "ball"}, {"a", a}, {"b", b}, {"point", vector_json(p_W)}};
+}
+
+// A trunk, upright at p_W, with a head, two arms and two legs.
+void add_ragdoll(SceneBuilder& builder, const std::string& name, const Vector3& p_W, Json& joints) {
+  const std::string trunk = name + " trunk";
+  builder.add_body(trunk, capsule_shape(0.15, 0.25), p_W);
+  const auto add_limb = [&](const std::string& word, Json shape, const Vector3& p, bool is_level,
+                            const Vector3& joint) {
+    Json& body = builder.add_body(name + " " + word, std::move(shape), p_W + p);
+    if (is_level) body["pose"]["axis_angle"] = turn_json(Vector3::UnitY(), 90);
+    joints.push_back(ball_joint(trunk, name + " " + word, p_W + joint));
+  };
+  add_limb("head", capsule_shape(0.12, 0.05), {0, 0, 0.62}, false, {0, 0, 0.42});
+  for (const Scalar side : {-1.0, 1.0}) {
+    const std::string which = side < 0 ? " 0" : " 1";
+    add_limb("arm" + which, capsule_shape(0.07, 0.25), {side * 0.56, 0, 0.25}, true,
+             {side * 0.2, 0, 0.25});
+    add_limb("leg" + which, capsule_shape(0.09, 0.35), {side * 0.12, 0, -0.9}, false,
+             {side * 0.12, 0, -0.42});
+  }
+}
+
+}  // namespace
+
+GeneratedScene make_spheres(int n) {
+  constexpr Scalar kRadius = 0.5, kPitch = 1.1;
+  const int side = narrow_side(n);
+  SceneBuilder builder("Balls are poured into a pit", 5);
+  add_pit(builder, kPitch * side / 2, kPitch * (1 + n / (side * side)) / 2);
+  for (int k = 0; k < n; ++k) {
+    add_above_pit(builder, numbered("ball", k), sphere_shape(kRadius), {k, side, kPitch, kJitter});
+  }
+  return builder.finish();
+}
+
+GeneratedScene make_hulls(int n) {
+  constexpr Scalar kPitch = 1.2;  // more than the diameter of a pebble
+  const int side = narrow_side(n);
+  SceneBuilder builder("Pebbles are poured into a pit", 5);
+  add_pit(builder, kPitch * side / 2, kPitch * (1 + n / (side * side)) / 2);
+  for (int k = 0; k < n; ++k) {
+    add_above_pit(builder, numbered("pebble", k), hull_shape(pebble(k)),
+                  {k, side, kPitch, kJitter});
+  }
+  return builder.finish();
+}
+
+GeneratedScene make_ragdolls(int n) {
+  const int side = std::max(1, int(std::ceil(std::cbrt(Scalar(n)))));
+  SceneBuilder builder("Ragdolls fall to the floor", 4);
+  builder.add_floor(Vector3::Zero(), 3 + 1.1 * side, 3 + 0.6 * side);
+  Json joints = Json::array();
+  for (int k = 0; k < n; ++k) {
+    // Staggered, so that those above do not fall straight onto those below.
+    const Vector3 place(2.2 * (k % side - Scalar(side - 1) / 2),
+                        1.2 * (k / side % side - Scalar(side - 1) / 2),
+                        1.8 + 2.6 * (k / side / side));
+    add_ragdoll(builder, numbered("doll", k),
+                place + Vector3(0.4 * scattered(3 * k + 1), 0.2 * scattered(3 * k + 2), 0), joints);
+  }
+  builder.root()["joints"] = std::move(joints);
+  return builder.finish();
+}
+
+GeneratedScene make_rope(int n) {
+  constexpr Scalar kRadius = 0.04, kHalf = 0.1;
+  constexpr Scalar kBall = 0.25;  // its mass is about 60 times a link's
+  SceneBuilder builder("A rope swings a heavy ball", 5);
+  const Scalar z = 2 * kHalf * n + 2;
+  builder.add_floor(Vector3::Zero(), z, z);
+  builder.add_static_body("hook", sphere_shape(kRadius), {-2 * kRadius, 0, z});
+  Json joints = Json::array();
+  std::string previous = "hook";
+  for (int k = 0; k < n; ++k) {
+    const std::string name = numbered("link", k);
+    Json& link = builder.add_body(name, capsule_shape(kRadius, kHalf - kRadius),
+                                  {2 * kHalf * (k + 0.5), 0, z});
+    link["pose"]["axis_angle"] = turn_json(Vector3::UnitY(), 90);
+    joints.push_back(ball_joint(previous, name, {2 * kHalf * k, 0, z}));
+    previous = name;
+  }
+  const Scalar end = 2 * kHalf * n;
+  builder.add_body("ball", sphere_shape(kBall), {end + kBall + kRadius, 0, z});
+  joints.push_back(ball_joint(previous, "ball", {end, 0, z}));
+  builder.root()["joints"] = std::move(joints);
   return builder.finish();
 }
 

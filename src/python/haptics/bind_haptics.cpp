@@ -23,8 +23,7 @@ Scalar seconds(std::chrono::nanoseconds duration) {
   return std::chrono::duration<Scalar>(duration).count();
 }
 
-// --- a session and what runs it
-// -------------------------------------------------------------------
+// --- a session and what runs it -----------------------------------------------------------------
 
 // One thread updates a session and one gives tissue. Updates hold the interpreter's lock unless a
 // runner makes them; giving does not hold it.
@@ -172,8 +171,7 @@ class PythonRunner {
   std::jthread thread_;
 };
 
-// --- records
-// --------------------------------------------------------------------------------------
+// --- records ------------------------------------------------------------------------------------
 
 template <typename T, std::chrono::nanoseconds T::*kMember>
 Field seconds_field(const char* name) {
@@ -442,8 +440,7 @@ void bind_tick(py::module_& m) {
       .finish();
 }
 
-// --- the session
-// ----------------------------------------------------------------------------------
+// --- the session --------------------------------------------------------------------------------
 
 using SessionClass = py::class_<PythonSession, std::shared_ptr<PythonSession>>;
 
@@ -644,8 +641,7 @@ void bind_runner(py::module_& m) {
           "__exit__", [](PythonRunner& self, const py::args&) { self.stop(); }, "Stops.");
 }
 
-// --- the coupling
-// ---------------------------------------------------------------------------------
+// --- the coupling -------------------------------------------------------------------------------
 
 py::array_t<double> array_of(const Eigen::MatrixXd& matrix) {
   py::array_t<double> array({py::ssize_t(matrix.rows()), py::ssize_t(matrix.cols())});

@@ -84,8 +84,7 @@ const PairFront::Measured* PairFront::measured(std::int32_t number) const {
   return &measured_[place];
 }
 
-// --- the tree
-// -------------------------------------------------------------------------------------
+// --- the tree -----------------------------------------------------------------------------------
 
 Scalar PairFront::key_of(Scalar gap) const {
   return gap + moved_ - kKeyNoise * (std::abs(gap) + moved_);
@@ -164,8 +163,7 @@ void PairFront::open(const StandingPair& sides, std::int32_t number) {
   at(number).count = count;
 }
 
-// --- examination
-// ----------------------------------------------------------------------------------
+// --- examination --------------------------------------------------------------------------------
 
 // What is worth closing an opened pair for.
 Scalar PairFront::closing_gap(Scalar reach) const {
