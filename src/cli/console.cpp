@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <csignal>
 #include <cstddef>
 #include <cstdio>
 #include <ctime>
+#include <mutex>
 #include <string>
 #include <string_view>
 
@@ -94,6 +96,13 @@ InterruptGuard::InterruptGuard() {
       pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);  // the next signal has its default effect
     }
   });
+}
+
+void InterruptGuard::wait() const {
+  std::mutex mutex;
+  std::condition_variable_any ended;
+  std::unique_lock lock(mutex);
+  ended.wait(lock, token(), [] { return false; });
 }
 
 InterruptGuard::~InterruptGuard() {

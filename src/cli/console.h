@@ -55,6 +55,8 @@ class InterruptGuard {
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
   std::stop_token token() const { return interrupted_.get_token(); }
+  /// Until the first signal.
+  void wait() const;
 
  private:
   std::stop_source interrupted_;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/view/page_encoder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <map>
 
@@ -279,9 +281,50 @@ const TriangleMesh& deforming_mesh(const PageScene& scene, const PageDeformation
     DYOP_REQUIRE(mode.size() == mesh->vertices().size(), "a mode of body ", slot, " has ",
                  mode.size(), " displacements for ", mesh->vertices().size(), " vertices");
   }
-  DYOP_REQUIRE(deformation.weights.size() == deformation.times.size() * deformation.modes.size(),
-               "the deformation of body ", slot, " has ", deformation.weights.size(), " weights");
   return *mesh;
+}
+
+void require_weights(const PageDeformation& deformation, bool is_whole) {
+  const std::size_t count = deformation.weights.size();
+  DYOP_REQUIRE(deformation.times.empty() ? count == 0
+               : is_whole ? count == deformation.times.size() * deformation.modes.size()
+                          : count % deformation.times.size() == 0,
+               "the deformation of body ", deformation.body, " has ", count, " weights");
+}
+
+// The weights of each time as `count` numbers, those of modes that were unknown then as zero.
+std::vector<Scalar> widened(const PageDeformation& deformation, std::size_t count) {
+  std::vector<Scalar> weights;
+  const std::size_t before =
+      deformation.times.empty() ? 0 : deformation.weights.size() / deformation.times.size();
+  for (std::size_t k = 0; k < deformation.times.size(); ++k) {
+    const auto row = deformation.weights.begin() + std::ptrdiff_t(k * before);
+    weights.insert(weights.end(), row, row + std::ptrdiff_t(before));
+    weights.resize(weights.size() + count - before);
+  }
+  return weights;
+}
+
+void append_deformation(PageDeformation& whole, PageDeformation part) {
+  const std::size_t rows = part.times.size();
+  if (rows > 0) whole.weights = widened(whole, part.weights.size() / rows);
+  const auto move_to = [](auto& to, auto& from) {
+    to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+  };
+  move_to(whole.modes, part.modes);
+  move_to(whole.times, part.times);
+  move_to(whole.weights, part.weights);
+}
+
+Json deformations_json(ColumnBlock& block, const PageScene& scene,
+                       const std::vector<PageDeformation>& deformations) {
+  Json list = Json::array();
+  for (const PageDeformation& deformation : deformations) {
+    list.push_back(view_internal::add_deformation(
+        block, "deformation" + std::to_string(list.size()), deformation,
+        deforming_mesh(scene, deformation).triangles()));
+  }
+  return list;
 }
 
 MotionRows::Body motion_body(const PageScene& scene, std::size_t number) {
@@ -315,6 +358,15 @@ void append(PageSpan& whole, PageSpan part) {
   move_to(whole.marks, part.marks);
   move_to(whole.samples, part.samples);
   move_to(whole.touches, part.touches);
+  for (PageDeformation& deformation : part.deformations) {
+    const auto same = std::ranges::find(whole.deformations, deformation.body,
+                                        [](const PageDeformation& one) { return one.body; });
+    if (same == whole.deformations.end()) {
+      whole.deformations.push_back(std::move(deformation));
+    } else {
+      append_deformation(*same, std::move(deformation));
+    }
+  }
 }
 
 PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
@@ -323,6 +375,7 @@ PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
   }
   for (const PageDeformation& deformation : scene_.deformations) {
     static_cast<void>(deforming_mesh(scene_, deformation));
+    require_weights(deformation, true);
   }
 }
 
@@ -360,12 +413,8 @@ std::string PageEncoder::head() const {
     header["bodies"].push_back(body_json(body, entry->second, plate));
   }
   header["charts"] = charts_json(scene_.charts);
-  header["deformations"] = Json::array();
-  for (const PageDeformation& deformation : scene_.deformations) {
-    const std::string name = "deformation" + std::to_string(header["deformations"].size());
-    header["deformations"].push_back(view_internal::add_deformation(
-        block, name, deformation, deforming_mesh(scene_, deformation).triangles()));
-  }
+  header["deformations"] = deformations_json(block, scene_, scene_.deformations);
+  if (scene_.keeps_time) header["keeps_time"] = true;
   return block.bytes(std::move(header));
 }
 
@@ -408,6 +457,10 @@ std::string PageEncoder::span(const PageSpan& span) const {
   add_contacts(block, span.contacts);
   add_samples(block, span.samples, series_count(scene_.charts));
   Json header{{"block", "span"}, {"marks", marks_json(span.marks)}};
+  for (const PageDeformation& deformation : span.deformations) require_weights(deformation, false);
+  if (!span.deformations.empty()) {
+    header["deformations"] = deformations_json(block, scene_, span.deformations);
+  }
   if (span.ordinary_impulse > 0) header["ordinary_impulse"] = span.ordinary_impulse;
   return block.bytes(std::move(header));
 }

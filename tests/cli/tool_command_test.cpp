@@ -12,7 +12,10 @@
 #include "cli/command.h"
 #include "dyop/io/haptic_recording_reader.h"
 #include "dyop/io/transform_stream.h"
+#include "dyop/view/live_server.h"
+#include "dyop/view/page_file.h"
 #include "support/inputs/haptic_run_texts.h"
+#include "view/browser_check.h"
 
 namespace dyop {
 namespace {
@@ -47,6 +50,27 @@ TEST_F(ToolCommand, RecordsARunThatCanBeReadAndReplayed) {
   EXPECT_TRUE(json.at("is_complete"));
   EXPECT_EQ(json.at("obstacles").at(1).at("name"), "vessel");
   EXPECT_GE(json.at("obstacles").at(1).at("least_clearance"), 2);
+}
+
+TEST_F(ToolCommand, ServesARunThatABrowserFollowsAndStops) {
+  if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
+  if (!has_live_server())
+    GTEST_SKIP() << "runs where cpp-httplib is installed: bash .ci/install.sh build";
+  const std::string scene = directory_.write("scene.json", testing::kSmallHapticScene).string();
+  testing::expect_script_passes("live_tool", "check_live.mjs", {DYOP_COMMAND, scene, "tool"});
+}
+
+TEST_F(ToolCommand, ALiveRunIsAnsweredAndRecordedLikeOthers) {
+  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
+  if (!has_live_server())
+    GTEST_SKIP() << "runs where cpp-httplib is installed: bash .ci/install.sh build";
+  const CommandResult result =
+      run({"--seconds", "0.1", "--live", "--end-with-run", "-o", path("run.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out.find("address: http://127.0.0.1:"), 0u) << result.out;
+  EXPECT_NE(result.out.find("100 ticks; "), std::string::npos) << result.out;
+  const CommandResult replay = run_command({"tool", path("run.h5"), "--replay"});
+  EXPECT_EQ(replay.out, "100 ticks, 0 different\n") << replay.err;
 }
 
 // A reader that shares no code with the library.

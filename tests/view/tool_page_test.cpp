@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <future>
+
 #include "dyop/core/error.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -11,6 +14,7 @@
 #include "dyop/io/haptic_scene_file.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
+#include "dyop/view/tool_follower.h"
 #include "support/inputs/haptic_run_texts.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
@@ -114,6 +118,151 @@ TEST(ToolPage, ShowsToolDeviceAndTissueWhereTheyWere) {
     testing::expect_script_passes("tool", "check_tool_page.mjs",
                                   {page.string(), facts_file.string()});
   }
+}
+
+// What a follower published, and what the run was like at the end of each tick.
+struct Followed {
+  HapticRun run;
+  PageSpan span;
+  std::vector<TickRecord> ticks;
+  std::vector<std::vector<Vector3>> liver;  // vertices
+};
+
+Followed follow_run(const std::string& text, bool is_stuck) {
+  Followed followed{parse_haptic_run("scene.json", text), {}, {}, {}};
+  HapticRun& run = followed.run;
+  run.runner.ticks = 700;
+  run.runner.is_paced = false;
+  HapticSession session(run.scene, run.options);
+  std::promise<void> release;
+  std::shared_future<void> released = release.get_future().share();
+  if (!is_stuck) release.set_value();
+  ToolFollower follower(run, [&followed, released](PageSpan span) {
+    released.wait();
+    append(followed.span, std::move(span));
+  });
+  for (TissueFeed& feed : run.tissue) {
+    if (!feed.model) continue;
+    feed.given = [&](std::span<const Vector3> vertices) { follower.add_snapshot(0, vertices); };
+  }
+  // A publisher that is stuck for the whole run holds nobody up: else this would never return.
+  run_session(
+      session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+      [&](const TickRecord& record) {
+        follower.add(record);
+        followed.ticks.push_back(record);
+        followed.liver.push_back(session.tissue_vertices(0));
+      },
+      run.runner);
+  if (is_stuck) release.set_value();
+  follower.finish("for a reason");
+  return followed;
+}
+
+// Of what is drawn: vertices that a triangle has.
+AlignedBox box_of(const std::vector<Vector3>& vertices,
+                  const std::vector<TriangleIndices>& triangles) {
+  AlignedBox box;
+  for (const TriangleIndices& corners : triangles) {
+    for (const std::int32_t corner : corners) box.extend(vertices[std::size_t(corner)]);
+  }
+  return box;
+}
+
+// Facts of the ticks that became pictures.
+nlohmann::json facts_of(const Followed& followed) {
+  constexpr std::size_t kLiver = 4, kCutLiver = 6, kDevice = 2;
+  const HapticRun& run = followed.run;
+  constexpr std::int64_t kCut = 5;
+  const bool is_cut = ToolFollower::scene_of(run).bodies.size() > kCutLiver;
+  nlohmann::json facts{{"rest_offset", run.options.rest_offset},
+                       {"end", 0.7},
+                       {"ghosts", is_cut ? 3 : 2},
+                       {"samples", followed.span.frames.size()},
+                       {"poses", nlohmann::json::array()},
+                       {"boxes", nlohmann::json::array()},
+                       {"present", nlohmann::json::array()}};
+  const RigidPose& X_TP = run.scene.tool[0].X_TP;
+  for (const PageFrame& frame : followed.span.frames) {
+    const Scalar t = frame.interval.end;
+    const auto number = std::size_t(std::llround(t / run.runner.period)) - 1;
+    const TickRecord& record = followed.ticks.at(number);
+    facts["poses"].push_back(pose_fact(0, t, record.tick.tool.X_WT * X_TP));
+    const RigidPose X_WD(record.device.q_WD, record.device.p_WD);
+    facts["poses"].push_back(pose_fact(kDevice, t, X_WD * X_TP));
+    const bool is_open = is_cut && record.tick.progress[0].snapshot >= kCut;
+    const AlignedBox box =
+        box_of(followed.liver.at(number),
+               is_open ? run.tissue[0].cut(kCut)->triangles : run.scene.obstacles[0].triangles);
+    facts["present"].push_back({{"body", kLiver}, {"t", t}, {"is", !is_open}});
+    facts["boxes"].push_back({{"body", is_open ? kCutLiver : kLiver},
+                              {"t", t},
+                              {"low", numbers_of(box.min())},
+                              {"high", numbers_of(box.max())}});
+  }
+  return facts;
+}
+
+TEST(ToolFollower, ShowsToolDeviceAndTissueWhereTheyAre) {
+  if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
+  const testing::TemporaryDirectory directory;
+  for (const std::string& text : {testing::cut_haptic_scene(), testing::elastic_haptic_scene()}) {
+    const Followed followed = follow_run(text, false);
+    const PageEncoder encoder(ToolFollower::scene_of(followed.run));
+    const fs::path facts = directory.write("facts.json", facts_of(followed).dump());
+    const std::vector<std::string> blocks{encoder.head(), encoder.span(followed.span)};
+    const fs::path page = directory.write("page.html", page_html("followed", blocks));
+    testing::expect_script_passes("followed", "check_tool_page.mjs",
+                                  {page.string(), facts.string()});
+  }
+}
+
+TEST(ToolFollower, AStuckPageHoldsNobodyUp) {
+  const Followed followed = follow_run(testing::kSmallHapticScene, true);
+  const PageSpan& span = followed.span;
+  // What had no room is in the last picture.
+  EXPECT_LE(span.frames.size(), 12u);
+  ASSERT_FALSE(span.frames.empty());
+  EXPECT_EQ(span.frames.back().interval.end, followed.ticks.back().tick.time);
+  Scalar largest = 0;
+  for (const TickRecord& record : followed.ticks) {
+    largest = std::max(largest, record.tick.wrench.force_W.norm());
+  }
+  EXPECT_GT(largest, 0);
+  Scalar shown = 0;
+  for (const PageSample& sample : span.samples) shown = std::max(shown, sample.values.at(0));
+  EXPECT_EQ(shown, largest);
+  EXPECT_EQ(span.marks.back().kind, "end");
+  EXPECT_EQ(span.marks.back().text, "for a reason");
+}
+
+TEST(ToolFollower, FollowsALoopByTheClockWithoutItsWaiting) {
+  HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
+  run.runner.ticks = 100;
+  HapticSession session(run.scene, run.options);
+  std::promise<void> release;
+  ToolFollower follower(
+      run, [released = release.get_future().share()](const PageSpan&) { released.wait(); });
+  const RunnerReport report = run_session(
+      session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+      [&](const TickRecord& record) { follower.add(record); }, run.runner);
+  EXPECT_EQ(report.ticks, 100);
+  EXPECT_EQ(report.unlogged, 0);  // the log has room for more than all of them
+  release.set_value();
+}
+
+TEST(PageSpan, AppendsDeformationsAsOne) {
+  const std::vector<Vector3> mode(3, Vector3::UnitX());
+  PageSpan whole;
+  whole.deformations.push_back({BodyId(1), {mode}, {1, 2}, {10, 20}});
+  PageSpan part;
+  part.deformations.push_back({BodyId(2), {}, {3}, {}});
+  part.deformations.push_back({BodyId(1), {mode}, {3}, {30, 31}});
+  append(whole, part);
+  ASSERT_EQ(whole.deformations.size(), 2u);
+  EXPECT_EQ(whole.deformations[0].modes.size(), 2u);
+  EXPECT_EQ(whole.deformations[0].times, (std::vector<Scalar>{1, 2, 3}));
+  EXPECT_EQ(whole.deformations[0].weights, (std::vector<Scalar>{10, 0, 20, 0, 30, 31}));
 }
 
 TEST(ToolPage, RefusesADeformationThatDoesNotFitItsMesh) {

@@ -15,8 +15,8 @@ namespace DYOP_EXPORT dyop {
 bool has_live_server();
 
 /// Serves the page of a live run from its own thread, on this machine only (127.0.0.1), under an
-/// address that cannot be guessed. The page may pause and stop the run; opening,
-/// closing or losing it changes nothing.
+/// address that cannot be guessed. The page may stop the run and, unless PageScene::keeps_time,
+/// pause it; opening, closing or losing it changes nothing.
 class LiveServer {
  public:
   /// @param port 0: any free port.

@@ -25,7 +25,8 @@ struct PageBody {
 };
 
 /// How the mesh of a body deforms: its vertices in the body's frame, each plus the sum of all
-/// weight x mode, with weights that are linear between the times and constant outside.
+/// weight x mode, with weights that are linear between the times and constant outside. A PageSpan
+/// has the modes that are new, and for later times the weights of all modes up to then.
 struct PageDeformation {
   BodyId body;
   std::vector<std::vector<Vector3>> modes;  ///< one displacement for each vertex
@@ -59,6 +60,7 @@ struct PageScene {
   /// For a run that is not a World's: shown in place of energy, momentum and work.
   std::vector<PageChart> charts = {};
   std::string source = {};  ///< name of the recording; may be empty
+  bool keeps_time = false;  ///< for a live page: the run keeps to the clock, and cannot be paused
   std::optional<PageVerdict> verdict = {};
 };
 
@@ -135,6 +137,7 @@ struct PageSpan {
   std::vector<PageContact> contacts;
   std::vector<PageMark> marks;
   std::vector<PageSample> samples;
+  std::vector<PageDeformation> deformations;  ///< of bodies that deform in the scene, one each
   /// For runs in chunks: what the page of an ordinary run finds from its contacts.
   std::vector<PageTouch> touches;
   Scalar ordinary_impulse = 0;  ///< nine of ten contacts have none larger; 0: not known

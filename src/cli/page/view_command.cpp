@@ -129,13 +129,6 @@ AdvanceStatus run_live(const Scene& scene, World& world, LiveServer& server,
   return AdvanceStatus::Completed;
 }
 
-void wait_for(const std::stop_token& interrupt) {
-  std::mutex mutex;
-  std::condition_variable_any ended;
-  std::unique_lock lock(mutex);
-  ended.wait(lock, interrupt, [] { return false; });
-}
-
 ExitCode view_live(const ViewArguments& arguments) {
   const InterruptGuard interrupt;
   std::optional<Scalar> speed;
@@ -168,7 +161,7 @@ ExitCode view_live(const ViewArguments& arguments) {
   tell(arguments, "t", std::to_string(world.time()));
   if (!arguments.ends_with_run && !interrupt.token().stop_requested()) {
     if (!arguments.is_json) std::cout << "the run is over; Ctrl-C ends the page" << std::endl;
-    wait_for(interrupt.token());
+    interrupt.wait();
   }
   return status == AdvanceStatus::Completed || status == AdvanceStatus::StoppedAtImpact
              ? ExitCode::Answered

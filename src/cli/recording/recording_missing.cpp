@@ -35,6 +35,10 @@ std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, 
   refuse(file);
 }
 
+std::unique_ptr<LiveTool> make_live_tool(const HapticRun& run, int) {
+  refuse(run.title);
+}
+
 ExitCode replay_tool(const std::filesystem::path& file) {
   refuse(file);
 }

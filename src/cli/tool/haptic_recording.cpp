@@ -6,6 +6,8 @@
 #include "cli/tool/tool_summary.h"
 #include "dyop/io/haptic_recording_writer.h"
 #include "dyop/io/haptic_replay.h"
+#include "dyop/view/live_server.h"
+#include "dyop/view/tool_follower.h"
 
 namespace dyop::cli {
 namespace {
@@ -27,6 +29,28 @@ class Hdf5ToolOutput final : public ToolOutput {
 
  private:
   HapticRecordingWriter writer_;
+};
+
+class ServedTool final : public LiveTool {
+ public:
+  ServedTool(const HapticRun& run, int port)
+      : server_(PageEncoder(ToolFollower::scene_of(run)), port),
+        follower_(run, [this](PageSpan span) { server_.publish(std::move(span)); }) {}
+
+  std::string address() const override { return server_.address(); }
+  std::stop_token stop_token() const override { return server_.stop_token(); }
+  void add(const TickRecord& record) override { follower_.add(record); }
+  void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices) override {
+    follower_.add_snapshot(obstacle, vertices);
+  }
+  void end(const std::string& why) override {
+    follower_.finish(why);
+    server_.finish();
+  }
+
+ private:
+  LiveServer server_;
+  ToolFollower follower_;
 };
 
 struct RecordedSummary {
@@ -86,6 +110,10 @@ void print_json(const HapticRecordingReader& reader, const RecordedSummary& summ
 std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
                                              const HapticRun& run) {
   return std::make_unique<Hdf5ToolOutput>(file, run);
+}
+
+std::unique_ptr<LiveTool> make_live_tool(const HapticRun& run, int port) {
+  return std::make_unique<ServedTool>(run, port);
 }
 
 ExitCode replay_tool(const std::filesystem::path& file) {

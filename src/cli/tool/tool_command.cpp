@@ -25,6 +25,8 @@ Examples:
     dyop tool examples/surgery/scene.json --paced -o run.h5
     dyop view run.h5 -o run.html
     dyop tool run.h5 --replay
+  At 1 kHz, with a page in the browser that follows it; Ctrl-C ends both:
+    dyop tool examples/surgery/scene.json --live
   A device that connects over TCP and sends its pose (OpenIGTLink TRANSFORM), and gets the tool's
   pose and force back; then the same over UDP, the answers to a port of its own:
     dyop tool examples/surgery/scene.json --device tcp:18944
@@ -50,6 +52,9 @@ struct ToolArguments {
   std::string device;
   std::string listen = "127.0.0.1";
   std::string receiver;
+  bool is_live = false;
+  int port = 0;
+  bool ends_with_run = false;
 };
 
 // What each stroke was like.
@@ -96,6 +101,7 @@ struct ToolLinks {
   std::unique_ptr<LinkedDevice> device;
   std::unique_ptr<LinkedOutput> receiver;
   std::unique_ptr<ToolOutput> recording;
+  std::unique_ptr<LiveTool> live;
   std::optional<DeviceMapping> to_hand;  // of the device's motions
 
   ToolWrench felt(const ToolWrench& wrench) const {
@@ -115,17 +121,23 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
     links.receiver = std::make_unique<LinkedOutput>(arguments.receiver);
   }
   if (!arguments.recording.empty()) links.recording = make_tool_output(arguments.recording, run);
+  if (arguments.is_live) {
+    links.live = make_live_tool(run, arguments.port);
+    std::printf("address: %s\n", links.live->address().c_str());
+    std::fflush(stdout);
+  }
   return links;
 }
 
-// With what models answer written into the recording.
-std::vector<TissueFeed> recorded_feeds(const HapticRun& run, ToolOutput* output) {
+// With what models answer written into the recording and shown by the page.
+std::vector<TissueFeed> recorded_feeds(const HapticRun& run, const ToolLinks& links) {
   std::vector<TissueFeed> feeds = run.tissue;
   for (TissueFeed& feed : feeds) {
-    if (!feed.model || output == nullptr) continue;
-    feed.given = [output, obstacle = feed.obstacle,
+    if (!feed.model || (!links.recording && !links.live)) continue;
+    feed.given = [&links, obstacle = feed.obstacle,
                   period = feed.period](std::span<const Vector3> vertices) {
-      output->add_snapshot(obstacle, vertices, period);
+      if (links.recording) links.recording->add_snapshot(obstacle, vertices, period);
+      if (links.live) links.live->add_snapshot(obstacle, vertices);
     };
   }
   return feeds;
@@ -139,21 +151,42 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
     const RunnerReport timing = run_session(
         session,
         [&](std::int64_t tick) { return links.device ? links.device->pose() : run.device(tick); },
-        recorded_feeds(run, output),
+        recorded_feeds(run, links),
         [&](const TickRecord& record) {
           report.add(record);
           const ToolWrench felt = links.felt(record.tick.wrench);
           if (links.device) links.device->answer(record.tick, felt);
           if (links.receiver) links.receiver->send(record.tick, felt);
           if (output != nullptr) output->add(record);
+          if (links.live) links.live->add(record);
         },
         run.runner, stop);
     if (output != nullptr) output->finish(timing);
     return timing;
   } catch (const std::exception& error) {
     if (output != nullptr) output->fail(error.what());
+    if (links.live) links.live->end(error.what());
     throw;
   }
+}
+
+// The run with whatever stops it, and why it ended.
+RunnerReport run_linked(HapticSession& session, const HapticRun& run, Report& report,
+                        const ToolLinks& links, const std::stop_token& interrupt) {
+  if (!links.live) return run_recorded(session, run, report, links, interrupt);
+  std::stop_source stop;
+  const std::stop_callback by_user(interrupt, [&] { stop.request_stop(); });
+  const std::stop_callback by_page(links.live->stop_token(), [&] { stop.request_stop(); });
+  RunnerReport timing = run_recorded(session, run, report, links, stop.get_token());
+  const std::string ticks = std::to_string(timing.ticks) + " ticks";
+  if (timing.ticks == run.runner.ticks) {
+    links.live->end("completed, " + ticks);
+  } else {
+    links.live->end("stopped by " +
+                    std::string(interrupt.stop_requested() ? "Ctrl-C" : "its page") + " after " +
+                    ticks);
+  }
+  return timing;
 }
 
 ExitCode run_tool(const ToolArguments& arguments) {
@@ -162,7 +195,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
   io_internal::require_other_than(arguments.recording, {arguments.scene});
   const InterruptGuard interrupt;
   HapticRun run = load_haptic_run(arguments.scene);
-  run.runner.is_paced = arguments.is_paced || !arguments.device.empty();
+  run.runner.is_paced = arguments.is_paced || arguments.is_live || !arguments.device.empty();
   if (!arguments.device.empty()) {  // for the report
     const DevicePose pose(run.scene.X_WT);
     run.strokes = {{"device", {{0, pose}, {1, pose}}}};
@@ -177,7 +210,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
   HapticSession session(run.scene, run.options);
   const ToolLinks links = open_links(arguments, run);
   Report report(run);
-  const RunnerReport timing = run_recorded(session, run, report, links, interrupt.token());
+  const RunnerReport timing = run_linked(session, run, report, links, interrupt.token());
   report.print();
   std::printf("the coupling is %spassive at this rate\n", session.is_passive() ? "" : "not ");
   print_timing(timing);
@@ -187,6 +220,11 @@ ExitCode run_tool(const ToolArguments& arguments) {
   }
   if (links.recording) {
     std::printf("recording: %zu bytes a tick\n", links.recording->bytes_per_tick());
+  }
+  if (links.live && !arguments.ends_with_run && !interrupt.token().stop_requested()) {
+    std::printf("the run is over; Ctrl-C ends the page\n");
+    std::fflush(stdout);
+    interrupt.wait();
   }
   return timing.ticks == run.runner.ticks ? ExitCode::Answered : ExitCode::Undecided;
 }
@@ -219,6 +257,13 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("--send", arguments->receiver,
                       "ADDRESS:PORT that gets the tool's pose and the force as such messages, "
                       "over UDP; over TCP the device gets them anyway");
+  command->add_flag("--live", arguments->is_live,
+                    "By the clock, with a page that follows the run, on this machine only");
+  command->add_option("--port", arguments->port, "Of the page with --live; 0: any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  command->add_flag("--end-with-run", arguments->ends_with_run,
+                    "With --live: do not wait for Ctrl-C once the run is over");
   command->callback([arguments, &exit_code] { exit_code = run_tool(*arguments); });
 }
 

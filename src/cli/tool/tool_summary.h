@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,23 @@ class ToolOutput {
 /// A file of docs/formats.md.
 std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
                                              const HapticRun& run);
+
+/// A page in the browser that follows a run; see ToolFollower.
+class LiveTool {
+ public:
+  virtual ~LiveTool() = default;
+
+  virtual std::string address() const = 0;
+  /// Is stopped when the page stops the run.
+  virtual std::stop_token stop_token() const = 0;
+  virtual void add(const TickRecord& record) = 0;
+  virtual void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices) = 0;
+  /// Says why the run ended.
+  virtual void end(const std::string& why) = 0;
+};
+
+/// @throws InvalidArgument as LiveServer.
+std::unique_ptr<LiveTool> make_live_tool(const HapticRun& run, int port);
 
 /// Runs the ticks of a recording again and says whether they are the same.
 ExitCode replay_tool(const std::filesystem::path& file);

@@ -27,6 +27,7 @@ constexpr int kMostWaits = 5000;
 constexpr std::size_t kBytesOfAnswer = 1 << 20;
 constexpr std::size_t kSegmentsOfBlock = 20000;
 constexpr int kMethodNotAllowed = 405;
+constexpr int kConflict = 409;
 constexpr int kPayloadTooLarge = 413;
 // Idle connections hold a worker each until they time out: more than a browser opens.
 constexpr std::size_t kWorkers = 64;
@@ -148,7 +149,13 @@ struct LiveServer::Impl {
     });
     server.Get(at + R"(blocks/(\d{1,9}))",
                [this](const auto& request, auto& response) { send_blocks(request, response); });
-    server.Post(at + "pause", [this](const auto&, auto&) { change(State::Pausing); });
+    server.Post(at + "pause", [this](const auto&, auto& response) {
+      if (encoder.scene().keeps_time) {
+        response.status = kConflict;
+      } else {
+        change(State::Pausing);
+      }
+    });
     server.Post(at + "resume", [this](const auto&, auto&) { change(State::Running); });
     server.Post(at + "stop", [this](const auto&, auto&) {
       stop.request_stop();

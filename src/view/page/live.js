@@ -4,6 +4,7 @@ import {readBlock} from './blocks.js';
 import {element} from './element.js';
 
 const kWait = 150;  // milliseconds between questions
+const kShortWait = 50;  // the same, of a run that keeps to the clock
 const kLargeAnswer = 1 << 20;  // bytes: the server sends the rest when asked again
 const kPaused = 'The run is paused';
 const kMostFailures = 5;  // of questions in a row; then the run has ended
@@ -13,6 +14,7 @@ const sleep = (milliseconds) => new Promise((done) => setTimeout(done, milliseco
 export function follow() {
   const status = {state: 'running'};
   let player;
+  const wait = () => (player?.run.keepsTime ? kShortWait : kWait);
   let order = Promise.resolve();  // the last one given to the run, until the server has it
 
   function become(state) {
@@ -29,7 +31,7 @@ export function follow() {
 
   // The status, the state and the bytes of the blocks from k on; nothing once the run has ended.
   async function blocksFrom(k) {
-    for (let failures = 0; failures < kMostFailures; ++failures, await sleep(kWait)) {
+    for (let failures = 0; failures < kMostFailures; ++failures, await sleep(wait())) {
       try {
         const answer = await fetch(`blocks/${k}`);
         const bytes = new Uint8Array(await answer.arrayBuffer());
@@ -57,7 +59,7 @@ export function follow() {
       // A run stands still only when the page has all that came before.
       if (order === orderBefore && (state === 'running' || bytes.length === 0)) become(state);
       if (bytes.length === 0 && state === 'finished') return;
-      if (bytes.length < kLargeAnswer) await sleep(kWait);
+      if (bytes.length < kLargeAnswer) await sleep(wait());
     }
   }
 
@@ -77,17 +79,19 @@ export function follow() {
       player.isPlaying = false;
       player.grown();
     }}, 'Follow');
+    pause.hidden = player.run.keepsTime;
     document.querySelector('#transport .buttons').append(latest, pause, stop, words);
     document.getElementById('busy').hidden = true;
     player.changed.add(() => {
-      words.textContent = {running: 'running', pausing: 'pausing', paused: 'paused', finished: player.run.ending ? `ended: ${player.run.ending}` : 'finished',
-                           gone: 'the run has ended'}[status.state];
+      const running = player.run.keepsTime && !player.follows ? 'running; this picture is held' : 'running';
+      const {ending} = player.run;
+      words.textContent = ending ? `ended: ${ending}` : {running, pausing: 'pausing', paused: 'paused', finished: 'finished', gone: 'the run has ended'}[status.state];
       const busy = document.getElementById('busy');
       const isPaused = status.state === 'paused' || status.state === 'pausing';
       if (isPaused) busy.textContent = `${kPaused} at t = ${Number(player.run.end.toPrecision(6))}; Resume run goes on`;
       if (isPaused || busy.textContent.startsWith(kPaused)) busy.hidden = !isPaused;
       pause.textContent = status.state === 'running' ? 'Pause run' : 'Resume run';
-      pause.disabled = stop.disabled = status.state === 'finished' || status.state === 'gone';
+      pause.disabled = stop.disabled = Boolean(ending) || status.state === 'finished' || status.state === 'gone';
       latest.setAttribute('aria-pressed', String(Boolean(player.follows)));
       player.isFinished = pause.disabled;
     });

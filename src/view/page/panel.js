@@ -109,11 +109,11 @@ export class Panel {
     ];
   }
 
-  // The last mark, and the numbers of all charts.
+  // The last mark but that of the end, and the numbers of all charts.
   #sample(t) {
     const {charts, samples, marks} = this.run;
     const row = samples.rows[samples.at(t)];
-    const mark = marks.filter((one) => one.t <= t).at(-1);
+    const mark = marks.findLast((one) => one.t <= t && one.kind !== 'end');
     const names = charts.flatMap(({series}) => series);
     return [
       element('h2', {}, 'Now'),

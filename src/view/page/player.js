@@ -18,6 +18,9 @@ const kStill = 250;  // milliseconds without a new time, after which a picture s
 const kUntilSaid = 700;  // milliseconds
 const kUntilReading = 150;  // milliseconds
 const kReading = 'Reading this time';
+const kBehind = 0.1;  // seconds behind the end of a live run that keeps to the clock
+const kFarBehind = 1;
+const kHaste = 0.1;  // part of the speed by which it is caught up with, or waited for
 const kFlash = 0.35;  // seconds for which an impact is seen while the run plays
 
 export class Player {
@@ -79,8 +82,19 @@ export class Player {
 
   // The run has grown.
   grown() {
-    if (this.follows) this.t = this.run.end;
+    if (this.follows && !this.run.keepsTime) this.t = this.run.end;
     this.curves.stale = true;
+    this.notify();
+  }
+
+  // A run that keeps to the clock is followed shortly behind its end, so that time flows evenly while
+  // the run comes in pieces.
+  #follow(seconds) {
+    const behind = this.run.end - this.t;
+    if (behind <= 0) return;
+    const isOver = this.isFinished || behind > kFarBehind;
+    const rate = behind > kBehind ? 1 + kHaste : 1 - kHaste;
+    this.t = isOver ? this.run.end : Math.min(this.run.end, this.t + rate * seconds);
     this.notify();
   }
 
@@ -91,7 +105,9 @@ export class Player {
     this.notify();
   }
 
+  // A live run that keeps to the clock goes on by itself: then this holds the picture.
   play(plays = !this.isPlaying) {
+    if (this.follows && this.run.keepsTime) plays = this.follows = false;
     this.isPlaying = plays;
     if (plays && this.t >= this.run.end && !this.follows) this.t = this.run.begin;
     this.flashes = [];
@@ -200,7 +216,7 @@ export class Player {
     if (this.isPlaying) {
       this.#advance(Math.min(0.25, (now - this.lastTick) / 1000 || 0), now);
       this.notify();
-    }
+    } else if (this.follows && this.run.keepsTime) this.#follow((now - this.lastTick) / 1000 || 0);
     this.lastTick = now;
     if (this.isDirty) this.draw(now);
   }

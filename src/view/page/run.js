@@ -3,7 +3,7 @@
 import {evaluate, kKinds, newState, turned} from './motion.js';
 import {readSurface} from './blocks.js';
 import {columnsOfChunk} from './chunk.js';
-import {readDeformation} from './deformation.js';
+import {growDeformation, readDeformation} from './deformation.js';
 
 // A list of numbers that grows.
 class Column {
@@ -193,6 +193,7 @@ export class Run {
     this.surfaces = head.shapes.map((_, number) => readSurface(head, number));
     this.deformations = (head.deformations ?? []).map((_, number) => readDeformation(head, number));
     for (const {body} of this.deformations) this.surfaces[head.bodies[body].shape].deforms = true;
+    this.keepsTime = Boolean(head.keeps_time);  // while it goes on, it does so by the clock
     this.charts = head.charts ?? [];  // each with a title and its series, columns of `samples`
     this.samples = new Table('t', []);
     this.bodies = head.bodies.map((body, number) => ({
@@ -262,6 +263,9 @@ export class Run {
     const firstFrame = this.frames.append(block.columns, 'frame');
     for (const frame of this.frames.rows.slice(firstFrame)) if (frame.unconverged > 0) this.roughFrames.push(frame);
     this.samples.append(block.columns, 'sample');
+    (block.deformations ?? []).forEach(({body}, number) => {
+      growDeformation(this.deformations.find((one) => one.body === body), block, number);
+    });
     this.ordinaryImpulse = block.ordinary_impulse;
     const firstImpact = this.impacts.append(block.columns, 'impact');
     for (let k = firstImpact; k < this.impacts.rows.length; ++k) this.impacts.rows[k].number = k;

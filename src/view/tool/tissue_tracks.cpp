@@ -7,11 +7,6 @@
 #include "dyop/io/haptic_replay.h"
 
 namespace dyop::view_internal {
-namespace {
-
-constexpr std::size_t kMostModes = 48;
-
-}  // namespace
 
 TissueTracks::TissueTracks(const HapticRecordingReader& reader, const std::filesystem::path& file,
                            const ToolBodies& bodies, Scalar tolerance)

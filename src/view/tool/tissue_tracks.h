@@ -15,6 +15,8 @@
 
 namespace dyop::view_internal {
 
+inline constexpr std::size_t kMostModes = 48;
+
 /// Snapshots of a mesh as sums of few displacement fields: tissue that breathes or is pressed moves
 /// in few ways. Every snapshot that the fields known so far do not give closely enough adds the
 /// rest as a new one, while there is room.

@@ -19,22 +19,8 @@ constexpr std::int64_t kTicksOfBlock = 2048;
 // Times at which the run is sampled for diagrams, at most.
 constexpr std::int64_t kMostSamples = 4000;
 
-// How far a drawn tool and drawn tissue may be from the recorded ones, as a part of the rest
-// offset: what rests on tissue is not seen in it.
-constexpr Scalar kPartOfRestOffset = 0.25;
-
 // The proxy or the device: of each part the poses that wait to be written.
 using PartPoses = std::vector<std::vector<TimedPose>>;
-
-// The extremes of a number of ticks.
-struct Sample {
-  Scalar force = 0;
-  Scalar torque = 0;
-  Scalar latency = 0;
-  Scalar energy = 0;
-  Scalar lag = 0;
-  std::vector<ToolClearance> least;  // by lower bound; the upper bound is the least of all
-};
 
 class ToolPageMaker {
  public:
@@ -78,11 +64,7 @@ class ToolPageMaker {
         reader_.header().title.empty() ? file_.filename().string() : reader_.header().title;
     scene.bodies = bodies_.bodies();
     scene.end_time = Scalar(reader_.tick_count()) * reader_.header().period;
-    scene.charts = {{"Force on the hand, largest of each sample", {"force"}},
-                    {"Torque on the hand, largest of each sample", {"torque"}},
-                    {"Energy returned to the hand", {"energy"}},
-                    {"Time of a tick in microseconds, longest of each sample", {"latency in us"}},
-                    {"How far tissue lags behind its newest snapshot", {"lag"}}};
+    scene.charts = ToolSample::charts();
     return scene;
   }
 
@@ -123,24 +105,17 @@ class ToolPageMaker {
     t_ += tick.time_passed();
     swap_tissue();
     add_poses(proxy_, tick.tool);
-    if (tick.status == HapticStatus::InvalidInput || tick.status == HapticStatus::Outlier) {
-      hide_device();
+    if (knows_device(tick.status)) {
+      add_poses(device_, device_pose(tick.device));
     } else {
-      const RigidPose X_WD(tick.device.q_WD.normalized(), tick.device.p_WD);
-      add_poses(device_, {X_WD, tick.device.angles});
+      hide_device();
     }
     if (tick.status != status_) {
       status_ = tick.status;
-      span_.marks.push_back({t_, mark_kind(status_), words_of(status_), {}});
+      span_.marks.push_back(mark_of(t_, status_));
     }
-    gather(tick);
+    sample_.add(tick);
     if ((tick.number + 1) % stride_ == 0) write_sample();
-  }
-
-  static const char* mark_kind(HapticStatus status) {
-    const bool is_warning = status == HapticStatus::Overlapping ||
-                            status == HapticStatus::Trapped || status == HapticStatus::InvalidInput;
-    return is_warning ? "stalled" : "status";
   }
 
   // The device is unknown: it is not drawn.
@@ -152,50 +127,10 @@ class ToolPageMaker {
     }
   }
 
-  void gather(const RecordedTick& tick) {
-    sample_.force = std::max(sample_.force, tick.wrench.force_W.norm());
-    sample_.torque = std::max(sample_.torque, tick.wrench.torque_W.norm());
-    sample_.latency = std::max(sample_.latency, Scalar(tick.latency.count()) / 1e3);
-    sample_.energy = tick.energy_returned;
-    sample_.lag = std::max(sample_.lag, tick.tissue_lag);
-    sample_.least.resize(tick.clearances.size());
-    for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
-      ToolClearance& least = sample_.least[k];
-      const Scalar lower =
-          std::min(is_new_sample_ ? kInfinity : least.lower, tick.clearances[k].lower);
-      const Scalar upper =
-          std::min(is_new_sample_ ? kInfinity : least.upper, tick.clearances[k].upper);
-      least = tick.clearances[k];
-      least.lower = lower;
-      least.upper = upper;
-    }
-    nearest_ = tick.nearest;
-    is_new_sample_ = false;
-  }
-
   void write_sample() {
-    span_.samples.push_back(
-        {t_, {sample_.force, sample_.torque, sample_.energy, sample_.latency, sample_.lag}});
-    PageFrame frame;
-    frame.interval = {sample_begin_, t_};
-    span_.frames.push_back(frame);
-    span_.steps.push_back(frame.interval);
-    for (std::size_t k = 0; k < sample_.least.size(); ++k) {
-      PageGap gap;
-      gap.t = t_;
-      gap.a = bodies_.proxy(0);
-      gap.b = shown_[k];
-      gap.lower = sample_.least[k].lower;
-      gap.upper = sample_.least[k].upper;
-      if (nearest_ == k) {
-        gap.witness_W = {sample_.least[k].p_WT, sample_.least[k].p_WO};
-        gap.pivot_W = (sample_.least[k].p_WT + sample_.least[k].p_WO) / 2;
-      }
-      span_.gaps.push_back(gap);
-    }
-    sample_begin_ = t_;
+    sample_.write({sample_begin_, t_}, bodies_.proxy(0), shown_, span_);
     sample_ = {};
-    is_new_sample_ = true;
+    sample_begin_ = t_;
   }
 
   void write_motions() {
@@ -235,9 +170,7 @@ class ToolPageMaker {
   PageSpan span_;
   Scalar t_ = 0;
   HapticStatus status_ = HapticStatus::NotRun;
-  Sample sample_;
-  bool is_new_sample_ = true;
-  std::optional<std::size_t> nearest_;
+  ToolSample sample_;
   Scalar sample_begin_ = 0;
 };
 
@@ -341,16 +274,65 @@ Scalar ToolBodies::reach(std::size_t part) const {
   return scene_.tool[part].shape->bounding_radius();
 }
 
-namespace {
+bool knows_device(HapticStatus status) {
+  return status != HapticStatus::InvalidInput && status != HapticStatus::Outlier;
+}
 
-std::shared_ptr<const ConstantTwistMotion> motion_between(const TimedPose& from,
-                                                          const TimedPose& to) {
+ToolPose device_pose(const DevicePose& device) {
+  return {RigidPose(device.q_WD.normalized(), device.p_WD), device.angles};
+}
+
+PageMark mark_of(Scalar t, HapticStatus status) {
+  const bool is_warning = status == HapticStatus::Overlapping || status == HapticStatus::Trapped ||
+                          status == HapticStatus::InvalidInput;
+  return {t, is_warning ? "stalled" : "status", words_of(status), {}};
+}
+
+std::vector<PageChart> ToolSample::charts() {
+  return {{"Force on the hand, largest of each sample", {"force"}},
+          {"Torque on the hand, largest of each sample", {"torque"}},
+          {"Energy returned to the hand", {"energy"}},
+          {"Time of a tick in microseconds, longest of each sample", {"latency in us"}},
+          {"How far tissue lags behind its newest snapshot", {"lag"}}};
+}
+
+std::optional<std::size_t> ToolSample::nearest_of(const HapticTick& tick) {
+  const auto found = std::ranges::min_element(tick.clearances, {}, &ToolClearance::upper);
+  if (found == tick.clearances.end() || !(found->upper < kInfinity)) return std::nullopt;
+  return std::size_t(found - tick.clearances.begin());
+}
+
+void ToolSample::write(const TimeInterval& time, BodyId tool, std::span<const BodyId> obstacles,
+                       PageSpan& span) const {
+  span.samples.push_back({time.end, {force, torque, energy, latency, lag}});
+  PageFrame frame;
+  frame.interval = time;
+  span.frames.push_back(frame);
+  span.steps.push_back(time);
+  for (std::size_t k = 0; k < least.size(); ++k) {
+    PageGap gap;
+    gap.t = time.end;
+    gap.a = tool;
+    gap.b = obstacles[k];
+    gap.lower = least[k].lower;
+    gap.upper = least[k].upper;
+    if (nearest == k) {
+      gap.witness_W = {least[k].p_WT, least[k].p_WO};
+      gap.pivot_W = (least[k].p_WT + least[k].p_WO) / 2;
+    }
+    span.gaps.push_back(gap);
+  }
+}
+
+std::shared_ptr<const Motion> motion_between(const TimedPose& from, const TimedPose& to) {
   const Scalar dt = to.t - from.t;
   const Matrix3 turn = to.X_WB.rotation() * from.X_WB.rotation().transpose();
   const Twist twist{(to.X_WB.translation() - from.X_WB.translation()) / dt,
                     rotation_vector(turn) / dt};
   return std::make_shared<const ConstantTwistMotion>(from.X_WB, twist, from.t);
 }
+
+namespace {
 
 bool passes(const Motion& motion, std::span<const TimedPose> poses, const ThinningLimits& limits) {
   for (const TimedPose& pose : poses) {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +14,10 @@
 #include "dyop/view/page_encoder.h"
 
 namespace dyop::view_internal {
+
+/// How far a drawn tool and drawn tissue may be from where they were, as a part of the rest offset:
+/// what rests on tissue is not seen in it.
+inline constexpr Scalar kPartOfRestOffset = 0.25;
 
 /// A page of the recorded run of a tool.
 struct ToolPage {
@@ -49,6 +56,54 @@ class ToolBodies {
 struct TimedPose {
   Scalar t = 0;
   RigidPose X_WB;
+};
+
+/// Of constant twist.
+std::shared_ptr<const Motion> motion_between(const TimedPose& from, const TimedPose& to);
+
+/// Whether a tick with this status had a device pose to draw.
+bool knows_device(HapticStatus status);
+/// Where a tool that followed the device at once would be.
+ToolPose device_pose(const DevicePose& device);
+/// The loop is in another state from now on.
+PageMark mark_of(Scalar t, HapticStatus status);
+
+/// The extremes of a number of ticks, for curves and gaps.
+struct ToolSample {
+  Scalar force = 0;
+  Scalar torque = 0;
+  Scalar latency = 0;  ///< microseconds
+  Scalar energy = 0;   ///< of the last tick
+  Scalar lag = 0;
+  std::vector<ToolClearance> least;    ///< bounds: the least of all; points: of the last tick
+  std::optional<std::size_t> nearest;  ///< obstacle of the last tick
+
+  static std::vector<PageChart> charts();
+
+  /// A HapticTick or a RecordedTick.
+  template <typename Tick>
+  void add(const Tick& tick) {
+    force = std::max(force, tick.wrench.force_W.norm());
+    torque = std::max(torque, tick.wrench.torque_W.norm());
+    latency = std::max(latency, Scalar(tick.latency.count()) / 1e3);
+    energy = tick.energy_returned;
+    lag = std::max(lag, tick.tissue_lag);
+    least.resize(tick.clearances.size(), {kInfinity, kInfinity});
+    nearest = nearest_of(tick);
+    for (std::size_t k = 0; k < least.size(); ++k) {
+      const ToolClearance& now = tick.clearances[k];
+      least[k] = {std::min(least[k].lower, now.lower), std::min(least[k].upper, now.upper),
+                  now.p_WT, now.p_WO};
+    }
+  }
+  /// Adds it to a span, as what was known over this time.
+  /// @param obstacles The body that each is drawn as.
+  void write(const TimeInterval& time, BodyId tool, std::span<const BodyId> obstacles,
+             PageSpan& span) const;
+
+ private:
+  static std::optional<std::size_t> nearest_of(const RecordedTick& tick) { return tick.nearest; }
+  static std::optional<std::size_t> nearest_of(const HapticTick& tick);
 };
 
 /// How far a body may be from its poses: its origin and any of its points.
