@@ -23,6 +23,12 @@ struct JointState {
   Vector3 impulse_W = Vector3::Zero();
   Vector3 angular_impulse_W = Vector3::Zero();
   Scalar drive_impulse = 0;
+  /// In the first half of the last substep, to act again in the second one: on B, and their torques
+  /// about the centres of mass. Zero unless the joint is stiff.
+  Vector3 half_impulse_W = Vector3::Zero();
+  Vector3 half_turn_a_W = Vector3::Zero();
+  Vector3 half_turn_b_W = Vector3::Zero();
+  Vector3 half_arm_b_W = Vector3::Zero();
   /// Over the last step: mean force, torque, and drive.
   Vector3 force_W = Vector3::Zero();
   Vector3 torque_W = Vector3::Zero();

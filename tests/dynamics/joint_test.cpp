@@ -205,6 +205,137 @@ TEST(Joint, KeepsADistanceToABodyThatCirclesFast) {
   }
 }
 
+// Rods in a plane, one at the end of the other, by Lagrange's equations in their angles q from the
+// horizontal, M(q) q'' = -A sin(q_i - q_j) q'^2 - g b cos q, and a Runge-Kutta method.
+struct PlanarChain {
+  void add(Scalar length, Scalar center, Scalar mass, Scalar inertia) {
+    const Eigen::Index n = lengths.size();
+    for (Eigen::VectorXd* values : {&lengths, &q, &rate, &b}) values->conservativeResize(n + 1);
+    lengths[n] = center;  // as far as the last rod's mass
+    q[n] = rate[n] = b[n] = 0;
+    A.conservativeResizeLike(Eigen::MatrixXd::Zero(n + 1, n + 1));
+    A += mass * lengths * lengths.transpose();
+    b += mass * lengths;
+    A(n, n) += inertia;
+    lengths[n] = length;
+  }
+  Eigen::VectorXd acceleration(const Eigen::VectorXd& at, const Eigen::VectorXd& w) const {
+    Eigen::MatrixXd M = A;
+    Eigen::VectorXd f = -kGravity * b.cwiseProduct(Eigen::VectorXd(at.array().cos()));
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+      for (Eigen::Index j = 0; j < A.cols(); ++j) {
+        M(i, j) *= std::cos(at[i] - at[j]);
+        f[i] -= A(i, j) * std::sin(at[i] - at[j]) * w[j] * w[j];
+      }
+    }
+    return M.ldlt().solve(f);
+  }
+  void step(Scalar h) {
+    const Eigen::VectorXd w1 = rate;
+    const Eigen::VectorXd a1 = acceleration(q, w1);
+    const Eigen::VectorXd w2 = rate + h / 2 * a1;
+    const Eigen::VectorXd a2 = acceleration(q + h / 2 * w1, w2);
+    const Eigen::VectorXd w3 = rate + h / 2 * a2;
+    const Eigen::VectorXd a3 = acceleration(q + h / 2 * w2, w3);
+    const Eigen::VectorXd w4 = rate + h * a3;
+    const Eigen::VectorXd a4 = acceleration(q + h * w3, w4);
+    q += h / 6 * (w1 + 2 * w2 + 2 * w3 + w4);
+    rate += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+  }
+  Vector3 end() const {
+    return {lengths.dot(Eigen::VectorXd(q.array().cos())), 0,
+            lengths.dot(Eigen::VectorXd(q.array().sin()))};
+  }
+  Eigen::VectorXd lengths, q, rate, b;
+  Eigen::MatrixXd A;
+};
+
+// A rope of `count` capsules of length `pitch`, level at first, from p_W along x; at its end a ball
+// of `load` times the mass of one of them.
+struct LoadedRope {
+  LoadedRope(int count, Scalar pitch, Scalar load, const Vector3& p_W)
+      : start_W(p_W), world(earth_options()) {
+    BodyDefinition anchor = anchor_body();
+    anchor.initial.X_WB = RigidPose(Vector3(p_W + Vector3(-pitch, 0, 0)));
+    anchor.shape = std::make_shared<Sphere>(pitch / 4);
+    last = world.add_body(anchor);
+    const Scalar radius = pitch / 5;
+    const auto link = std::make_shared<Capsule>(radius, pitch / 2 - radius);
+    for (int i = 0; i < count; ++i) add(link, pitch / 2, pitch);
+    const Scalar mass = world.body(last).mass_properties.mass;
+    const Scalar size = std::cbrt(load * mass / (1000 * 4 * std::numbers::pi / 3));
+    add(std::make_shared<Sphere>(size), size + radius, size + radius);
+  }
+  void add(const std::shared_ptr<const Shape>& shape, Scalar center, Scalar length) {
+    const RigidPose X_along(Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX()),
+                            Vector3::Zero());
+    BodyDefinition body = dynamic_body("link", shape, Vector3::Zero());
+    body.mass_properties = shape->compute_mass_properties(1000);
+    const Vector3 joint_W = start_W + Vector3(chain.lengths.sum(), 0, 0);
+    body.initial.X_WB = RigidPose(Vector3(joint_W + Vector3(center, 0, 0))) * X_along;
+    JointDefinition joint;
+    joint.a = last;
+    joint.X_AJ = RigidPose(world.state(last).X_WB.inverse() * joint_W);
+    last = world.add_body(body);
+    joint.b = last;
+    joint.X_BJ = RigidPose(Vector3(0, 0, -center));
+    joints.push_back(world.add_joint(joint));
+    chain.add(length, center, body.mass_properties.mass, body.mass_properties.I_BBcm(0, 0));
+    weight += kGravity * body.mass_properties.mass;
+    potential.push_back({last, kGravity * body.mass_properties.mass});
+  }
+  Scalar energy() const {
+    Scalar sum = world.kinetic_energy();
+    for (const auto& [id, force] : potential) {
+      sum += force * (world.state(id).X_WB.translation().z() - start_W.z());
+    }
+    return sum;
+  }
+  Scalar widest_gap() const {
+    Scalar widest = 0;
+    for (const JointId id : joints) {
+      const JointDefinition& joint = world.joint(id);
+      const Vector3 p_a = world.state(joint.a).X_WB * joint.X_AJ.translation();
+      const Vector3 p_b = world.state(joint.b).X_WB * joint.X_BJ.translation();
+      widest = std::max(widest, (p_a - p_b).norm());
+    }
+    return widest;
+  }
+  Vector3 start_W;
+  World world;
+  PlanarChain chain;
+  BodyId last;
+  std::vector<JointId> joints;
+  std::vector<std::pair<BodyId, Scalar>> potential;
+  Scalar weight = 0;
+};
+
+// Its links turn at hundreds of radians per second about where the load pulls them: steps of 0.01
+// do not resolve that, and neither shorten for it nor gain energy by it.
+TEST(Joint, SwingsAHeavyLoadOnARopeAsLagrangeSays) {
+  for (const Scalar scale : {0.01, 1.0, 100.0}) {
+    for (const Scalar load : {1.0, 1000.0}) {
+      const Vector3 start(load == 1 ? 0 : 1000 * scale, 0, 0);
+      LoadedRope rope(10, 0.2 * scale, load, start);
+      const Scalar length = rope.chain.lengths.sum();
+      const Scalar h = 0.01 * std::sqrt(scale);
+      std::int64_t substeps = 0;
+      for (int k = 0; k < 80; ++k) {
+        const AdvanceReport report = rope.world.advance(h);
+        ASSERT_EQ(report.status, AdvanceStatus::Completed);
+        substeps += report.work.substeps;
+        for (int i = 0; i < 20; ++i) rope.chain.step(h / 20);
+        EXPECT_LT(rope.widest_gap(), 1e-4 * scale);
+      }
+      const RigidPose X_WB = rope.world.state(rope.last).X_WB;
+      const Vector3 center = rope.chain.end() + start;
+      EXPECT_LT((X_WB.translation() - center).norm(), 2e-3 * length) << scale << ' ' << load;
+      EXPECT_NEAR(rope.energy() / (rope.weight * length), 0, 1e-3) << scale << ' ' << load;
+      EXPECT_EQ(substeps, 80) << scale << ' ' << load;
+    }
+  }
+}
+
 // A trunk, a head, two arms and two legs of capsules; returns its mass.
 Scalar add_ragdoll(World& world, const RigidPose& X_WR) {
   const Quaternion across = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/link_rows.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -254,6 +255,184 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends) {
     substep.set_row_target(i, physical);
   }
   return has_recovery;
+}
+
+// Tension.
+
+namespace {
+
+// A body is stiff if a turn changes the torque of its joints in half a substep by this part of its
+// angular momentum. The rows at a move's start and end are unstable above 1.
+constexpr Scalar kResolvedTension = 0.1;
+// Radians in a move: a smaller change of a stiff body's turn repeats no solve. Larger: errors of
+// the fast links are seen as energy.
+constexpr Scalar kTensionTurn = 1e-5;  // literal: the next change would be about its square
+
+// The part of M that resists: without negative eigenvalues.
+Matrix3 resisting_part(const Matrix3& M) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(M);
+  const Matrix3& V = eigen.eigenvectors();
+  return V * eigen.eigenvalues().cwiseMax(0).asDiagonal() * V.transpose();
+}
+
+Matrix3 turning_stiffness(const Vector3& arm, const Vector3& force) {
+  const Matrix3 outer = arm * force.transpose();
+  return force.dot(arm) * Matrix3::Identity() - (outer + outer.transpose()) / 2;
+}
+
+}  // namespace
+
+JointTension::JointTension(SubstepProblem& substep, Scalar tau) : substep_(substep), tau_(tau) {
+  const std::vector<SubstepRow>& rows = substep.rows();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].joint->definition.kind == JointKind::Coupling) continue;
+    if (joints_.empty() || joints_.back().state != rows[i].joint) {
+      const JointRow& row = substep.problem().rows[i];
+      const Vector3 arm_b_W = rows[i].equation.arm_b_W;
+      const Vector3 between = substep.center_of(row.body_b) - substep.center_of(row.body_a);
+      joints_.push_back({rows[i].joint, i, i, arm_b_W + between, arm_b_W});
+    }
+    joints_.back().last_row = i + 1;
+  }
+}
+
+void JointTension::measure() {
+  const std::size_t count = substep_.run().members().size();
+  stiffness_.assign(count, Matrix3::Zero());
+  for (const Joint& joint : joints_) {
+    Vector3 impulse_W = Vector3::Zero();
+    for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
+      if (substep_.rows()[i].equation.kind != JointEquation::Kind::Equality) continue;
+      const JointRow& row = substep_.problem().rows[i];
+      impulse_W += row.impulse * row.j_bv_W;
+    }
+    const JointRow& row = substep_.problem().rows[joint.first_row];
+    if (row.body_a < count) stiffness_[row.body_a] -= turning_stiffness(joint.arm_a_W, impulse_W);
+    if (row.body_b < count) stiffness_[row.body_b] += turning_stiffness(joint.arm_b_W, impulse_W);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Matrix3& mobility = substep_.problem().bodies[i].inverse_inertia_W;
+    stiffness_[i] *= tau_ / 2;
+    // A bound on what is asked below.
+    if (!is_stiff_ && stiffness_[i].norm() * mobility.trace() <= kResolvedTension) continue;
+    stiffness_[i] = resisting_part(stiffness_[i]);
+    is_stiff_ = is_stiff_ || (mobility * stiffness_[i]).trace() > kResolvedTension;
+  }
+}
+
+void JointTension::stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W) {
+  if (joints_.empty()) return;
+  measure();
+  if (!is_stiff_) return;
+  around_W_ = w_W;
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    const LockedAxes& locked = substep_.run().members()[i].body->definition.locked;
+    if (locked.rotation[0] || locked.rotation[1] || locked.rotation[2]) continue;
+    ContactBody& body = substep_.problem().bodies[i];
+    const Matrix3 inertia = body.inverse_inertia_W.inverse() + stiffness_[i];
+    const Matrix3 mobility = inertia.inverse();
+    body.inverse_inertia_W = (mobility + mobility.transpose()) / 2;
+    body.free_w_W = body.inverse_inertia_W * (free_L_W[i] + stiffness_[i] * w_W[i]);
+  }
+}
+
+RigidPose JointTension::middle_pose(const std::optional<std::size_t>& member,
+                                    const BodyRecord& body) const {
+  const Scalar t = substep_.run().now() + tau_ / 2;
+  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t);
+  if (!member) return body.X_WB();
+  const ContactBody& moved = substep_.problem().bodies[*member];
+  const RigidPose& X_WM = substep_.run().members()[*member].state.X_WM;
+  const Matrix3 R_WB = rotation_from_vector(tau_ / 2 * moved.w_W) * X_WM.rotation();
+  const Vector3 center = X_WM.translation() + tau_ / 2 * moved.v_W;
+  return RigidPose(R_WB, center - R_WB * body.definition.mass_properties.p_BoBcm);
+}
+
+void JointTension::take_middle_rows(Joint& joint) {
+  const IslandRun& run = substep_.run();
+  const auto pose = [this](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    return middle_pose(member, body);
+  };
+  const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    if (member) return Vector3(tau_ / 2 * substep_.problem().bodies[*member].w_W);
+    return prescribed_turn(body, run.now(), tau_ / 2);
+  };
+  const BodyRecord& a = run.context().body(joint.state->definition.a.slot);
+  const BodyRecord& b = run.context().body(joint.state->definition.b.slot);
+  const JointPlaces places = places_of(run, *joint.state, pose, turn);
+  const std::vector<JointEquation> equations =
+      joint_equations(*joint.state, places, std::min(a.radius, b.radius));
+  const Vector3 p_W = places[0].X_WJb.translation();
+  joint.arm_a_W = p_W - places[0].center_a_W;
+  joint.arm_b_W = p_W - places[0].center_b_W;
+  for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
+    SubstepRow& entry = substep_.rows()[i];
+    if (entry.equation.kind != JointEquation::Kind::Equality) continue;
+    const JointEquation& there = equations[entry.index];
+    entry.equation.arm_b_W = there.arm_b_W;
+    JointRow& row = substep_.problem().rows[i];
+    row.j_av_W = there.row.j_av_W;
+    row.j_aw_W = there.row.j_aw_W;
+    row.j_bv_W = there.row.j_bv_W;
+    row.j_bw_W = there.row.j_bw_W;
+  }
+}
+
+bool JointTension::follow() {
+  if (joints_.empty()) return false;
+  if (!is_stiff_) measure();
+  if (!is_stiff_) return false;
+  for (Joint& joint : joints_) take_middle_rows(joint);
+  if (around_W_.empty()) return true;
+  for (std::size_t i = 0; i < around_W_.size(); ++i) {
+    const Vector3 change = substep_.problem().bodies[i].w_W - around_W_[i];
+    if (!stiffness_[i].isZero(0) && tau_ * change.norm() > kTensionTurn) return true;
+  }
+  return false;
+}
+
+void JointTension::keep_ends(bool is_cut) const {
+  for (const Joint& joint : joints_) {
+    JointState& state = *joint.state;
+    state.half_impulse_W.setZero();
+    state.half_turn_a_W.setZero();
+    state.half_turn_b_W.setZero();
+    if (!is_stiff_ || is_cut) continue;
+    for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
+      if (substep_.rows()[i].equation.kind != JointEquation::Kind::Equality) continue;
+      const JointRow& row = substep_.problem().rows[i];
+      state.half_impulse_W += row.impulse * row.j_bv_W;
+      state.half_turn_a_W += row.impulse * row.j_aw_W;
+      state.half_turn_b_W += row.impulse * row.j_bw_W;
+    }
+    state.half_arm_b_W = joint.arm_b_W;
+  }
+}
+
+void add_tension_ends(SubstepProblem& node, std::vector<Vector3>& free_L_W,
+                      VelocityChange* change) {
+  const std::size_t count = free_L_W.size();
+  for (std::size_t i = 0; i < node.rows().size(); ++i) {
+    JointState& joint = *node.rows()[i].joint;
+    if (joint.half_impulse_W.isZero(0) && joint.half_turn_b_W.isZero(0)) continue;
+    JointRow& row = node.problem().rows[i];
+    if (node.rows()[i].equation.kind == JointEquation::Kind::Equality) row.impulse = 0;
+    if (i > 0 && node.rows()[i - 1].joint == &joint) continue;
+    const auto kick = [&](std::size_t index, const Vector3& impulse, const Vector3& turn) {
+      if (index >= count) return;
+      ContactBody& body = node.problem().bodies[index];
+      free_L_W[index] += turn;
+      body.free_v_W += body.inverse_mass_W * impulse;
+      body.free_w_W = body.inverse_inertia_W * free_L_W[index];
+    };
+    kick(row.body_a, -joint.half_impulse_W, joint.half_turn_a_W);
+    kick(row.body_b, joint.half_impulse_W, joint.half_turn_b_W);
+    joint.impulse_W += joint.half_impulse_W;
+    joint.angular_impulse_W += joint.half_turn_b_W - joint.half_arm_b_W.cross(joint.half_impulse_W);
+    if (change == nullptr) continue;
+    change->links.push_back({LinkImpulse::Kind::Joint, joint.definition.a, joint.definition.b,
+                             joint.half_impulse_W, joint.half_turn_a_W, joint.half_turn_b_W});
+  }
 }
 
 // Springs.

@@ -51,6 +51,52 @@ bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
 /// the joint needs because it turns. Returns whether there was any.
 bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends);
 
+/// Joints whose tension turns a body round faster than a move of length tau resolves, as the links
+/// of a rope with a heavy load: then all joints of the island act along their rows in the middle of
+/// the move, with the same impulses in its two halves, the implicit midpoint rule. Otherwise they
+/// act along those at its start and its end, which keeps energy better.
+///
+/// A force F at the arm r from the centre of mass resists turns by K = F . r - (r F^T + F r^T) / 2;
+/// with K tau / 2 added to the inertia a repeated solve is a Newton step. [Tournier2015]
+class JointTension {
+ public:
+  /// After the rows of joints have been taken.
+  JointTension(SubstepProblem& substep, Scalar tau);
+
+  /// Adds the stiffness of the joints' present impulses to the members' inertia, whose mobilities
+  /// and free velocities have been set, given their angular momenta and the angular velocities
+  /// around which to solve, by member.
+  void stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W);
+  /// Takes the rows where the last solve has its bodies in the middle of the move. Returns whether
+  /// they turned so much that the solve must be repeated.
+  bool follow();
+  /// Keeps the impulses of the last solve for the end of the move, unless it was cut.
+  void keep_ends(bool is_cut) const;
+
+ private:
+  struct Joint {
+    JointState* state = nullptr;
+    std::size_t first_row = 0;
+    std::size_t last_row = 0;
+    Vector3 arm_a_W;
+    Vector3 arm_b_W;
+  };
+  void measure();
+  void take_middle_rows(Joint& joint);
+  RigidPose middle_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+
+  SubstepProblem& substep_;
+  Scalar tau_;
+  bool is_stiff_ = false;
+  std::vector<Joint> joints_;
+  std::vector<Matrix3> stiffness_;  // times tau / 2, by member
+  std::vector<Vector3> around_W_;   // angular velocities of the last solve's linearisation
+};
+
+/// The impulses that JointTension has kept act again, on the members' free velocities.
+/// @param change Gets them; may be null.
+void add_tension_ends(SubstepProblem& node, std::vector<Vector3>& free_L_W, VelocityChange* change);
+
 /// The springs of an island in one move of length tau, by the implicit midpoint rule: half the
 /// impulse of the force at the middle of the move acts in the move, as three soft rows of the
 /// contact problem each; the other half at its end.

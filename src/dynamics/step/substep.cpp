@@ -395,6 +395,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   node.take_joints(tau / 2);
   add_spring_ends(node, tau, free_L_W, change);
   add_drive_ends(node, tau, free_L_W, change);
+  add_tension_ends(node, free_L_W, change);
   node.set_supports(0);
   for (std::size_t i = 0; i < node.rows().size(); ++i) {
     const SubstepRow& entry = node.rows()[i];
@@ -501,6 +502,7 @@ class Substep {
   bool may_bounce_;
   bool lands_;  // the horizon ends at a hit to be resolved there
   SubstepProblem substep_;
+  std::optional<JointTension> tension_;
   std::optional<SpringRows> springs_;  // after the joints' rows
   std::vector<Wrench> wrenches_;
   std::vector<Vector3> free_L_W_;
@@ -542,6 +544,7 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
     poses_.start.push_back(run.pose_of(i, *run.members()[i].body));
   }
   substep_.take_joints(tau_ / 2);
+  tension_.emplace(substep_, tau_);
   springs_.emplace(substep_, tau_);
 }
 
@@ -550,6 +553,7 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
 void Substep::set_free_velocities() {
   free_L_W_.clear();
   const bool is_first = moves_.empty();
+  std::vector<Vector3> around_w_W;
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const Member& member = run_.members()[i];
     const Matrix3& R = member.state.X_WM.rotation();
@@ -565,7 +569,9 @@ void Substep::set_free_velocities() {
     substep_.set_mobility(i, R_mid);
     body.free_w_W = body.inverse_inertia_W * L;
     free_L_W_.push_back(L);
+    around_w_W.push_back(is_first ? body.free_w_W : body.w_W);
   }
+  tension_->stiffen(free_L_W_, around_w_W);
   substep_.set_supports(tau_);
 }
 
@@ -633,6 +639,7 @@ std::optional<bool> Substep::update_errors() {
     return poses_.end_of(run_, member, body);
   };
   has_changed = springs_->update(end) || has_changed;
+  has_changed = tension_->follow() || has_changed;
   return update_joint_errors(substep_, tau_, end) || has_changed;
 }
 
@@ -727,6 +734,7 @@ void Substep::commit(Scalar tau) {
   if (change != nullptr) substep_.add_impulses(*change, tau / tau_);
   run_.end_change(change);
   springs_->keep_impulses(tau / tau_);
+  tension_->keep_ends(tau < tau_);
   run_.commit_substep(t_end, moves_, proofs_.certificates());
   std::vector<Vector3> turns_W;
   for (const BodyMove& move : moves_) turns_W.push_back(move.w_W);
