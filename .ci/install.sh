@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs the Debian packages that a job needs and that are missing. The only list of packages:
 # tests/architecture checks that the build asks for nothing else.
-# Usage: bash .ci/install.sh GROUP...     groups: build python run test page package bench coverage aarch64
+# Usage: bash .ci/install.sh GROUP...     groups: build python run test page firefox package bench coverage aarch64
 set -euo pipefail
 
 packages() {
@@ -17,12 +17,13 @@ packages() {
                 python3-pytest python3-h5py python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel \
                 mypy python3-mypy python3-build python3-pip python3-venv patchelf ;;
     page)  echo chromium ffmpeg $(command -v npm >/dev/null || echo nodejs npm) ;;
+    firefox) echo firefox-esr xvfb xauth libgl1-mesa-dri libegl1 ;;
     package) echo debhelper dpkg-dev dh-python fakeroot help2man lintian bash-completion \
                   mkdocs mkdocs-material doxygen ;;
     coverage) echo gcovr ;;
     aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
     bench) echo libbenchmark-dev libfcl-dev libbullet-dev libode-dev ;;
-    *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, package, bench, coverage, aarch64)" >&2; exit 2 ;;
+    *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, firefox, package, bench, coverage, aarch64)" >&2; exit 2 ;;
   esac
 }
 

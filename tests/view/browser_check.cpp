@@ -2,6 +2,7 @@
 #include "view/browser_check.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -44,6 +45,24 @@ void expect_script_passes(const std::string& name, const std::string& script,
   for (const std::string& argument : arguments) command += " '" + argument + "'";
   command += " > '" + log + "' 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << read_text(log);
+}
+
+void expect_plays_in_firefox(const std::string& name, const std::string& html) {
+  if (!fs::exists(DYOP_FIREFOX) || !fs::exists(DYOP_XVFB))
+    GTEST_SKIP() << "runs with firefox-esr and xvfb: bash .ci/install.sh firefox";
+  const fs::path folder = DYOP_PAGE_OUTPUT;
+  fs::create_directories(folder);
+  const std::string page = (folder / (name + ".html")).string();
+  const std::string log = (folder / (name + ".log")).string();
+  std::ofstream(page, std::ios::binary) << html;
+  const std::string command = "DYOP_PAGE_MODULES='" DYOP_PAGE_MODULES "' '" DYOP_XVFB
+                              "' -a -s '-screen 0 1280x800x24' '" DYOP_NODE "' '" DYOP_PAGE_CHECKS
+                              "/open_firefox.mjs' '" DYOP_FIREFOX "' '" +
+                              page + "' > '" + log + "' 2>&1";
+  constexpr int kSkipped = 77;
+  const int code = WEXITSTATUS(std::system(command.c_str()));
+  if (code == kSkipped) GTEST_SKIP() << read_text(log);
+  EXPECT_EQ(code, 0) << read_text(log);
 }
 
 void expect_page_shows(const std::string& name, const std::string& html,

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Opens a page in Firefox: it must become ready, play, and say nothing on its console. Firefox without
 // a window offers no WebGL where there is no graphics card, so it gets a window on a screen that
-// nobody sees. By hand (Debian: firefox-esr libgl1-mesa-dri libegl1 xvfb xauth):
+// nobody sees. Exit code 77 with a reason where Firefox does not start or has no WebGL 2. By hand
+// (bash .ci/install.sh firefox):
 //   DYOP_PAGE_MODULES=build/npm/node_modules xvfb-run -a -s '-screen 0 1280x800x24' \
 //     node tests/view/open_firefox.mjs /usr/bin/firefox-esr PAGE.html [PICTURE.png]
 import {createRequire} from 'node:module';
@@ -11,6 +12,12 @@ import {pathToFileURL} from 'node:url';
 const kLongest = 180000;  // milliseconds, for one answer of a loaded machine
 const [firefox, file, picture] = process.argv.slice(2);
 const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
+
+function skip(reason) {
+  console.log(`skipped: ${reason}`);
+  process.exit(77);
+}
+
 const browser = await require('puppeteer-core').launch({
   browser: 'firefox',
   executablePath: firefox,
@@ -18,13 +25,18 @@ const browser = await require('puppeteer-core').launch({
   timeout: kLongest,
   protocolTimeout: kLongest,
   extraPrefsFirefox: {'webgl.force-enabled': true, 'webgl.disable-fail-if-major-performance-caveat': true},
-});
+}).catch((error) => skip(`Firefox does not start: ${error.message}`));
 const problems = [];
 try {
   const page = await browser.newPage();
   await page.setViewport({width: 1000, height: 640});
   page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
   page.on('pageerror', (error) => problems.push(String(error)));
+  const hasWebGL = await page.evaluate(() => Boolean(document.createElement('canvas').getContext('webgl2')));
+  if (!hasWebGL) {
+    await browser.close();
+    skip('this Firefox has no WebGL 2');
+  }
   await page.goto(pathToFileURL(file), {timeout: kLongest});
   await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: kLongest});
   await page.keyboard.press(' ');

@@ -46,6 +46,15 @@ TEST(Page, ShowsFallingBoxesInAPit) {
   expect_scene_shown("pile", 12, 1.5);
 }
 
+TEST(Page, PlaysInFirefox) {
+  if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
+  const testing::TemporaryDirectory directory;
+  const auto file = directory.path() / "scene.json";
+  write_generated_scene(generate_scene("cradle", 3), file);
+  const PageCase run = testing::run_page_case(load_scene(file), 1);
+  testing::expect_plays_in_firefox("firefox", page_html(run.scene.title, run.blocks));
+}
+
 // Pairs of round bodies, a thousand lengths from the origin, each 1e-4 apart: a hundredth of what
 // facets leave out, and a sixth of what single precision knows of their place.
 TEST(Page, DrawsRoundBodiesRoundInACloseUp) {
