@@ -23,9 +23,15 @@ const strongest = (hits) => [...hits].sort((a, b) => Math.hypot(...b.impulse) - 
 
 const vector = (v) => v.map((x) => digits(x, 6)).join(', ');
 
+// A line does not end within a number like 1.8e-16.
+function unbroken(value) {
+  if (typeof value !== 'string') return [value];
+  return value.split(/(\S*\de-\d\S*)/).map((part, k) => (k % 2 === 1 ? element('span', {class: 'unbroken'}, part) : part));
+}
+
 function rows(list) {
   return element('table', {}, ...list.filter(Boolean).map(([name, value]) =>
-    element('tr', {}, element('th', {}, name), element('td', {}, value))));
+    element('tr', {}, element('th', {}, name), element('td', {}, ...unbroken(value)))));
 }
 
 const kMostNeighbours = 6;
