@@ -124,7 +124,7 @@ typedef struct dyop_context_options {
    * these hold inside. Both or neither; must not return less aligned memory than asked for. */
   void* (*allocate)(void* user, size_t size, size_t alignment);
   void (*deallocate)(void* user, void* memory, size_t size, size_t alignment);
-  /* Called on each failure, one call at a time. */
+  /* Called on each failure, one call at a time. What fails inside it is not logged. */
   void (*log)(void* user, dyop_log_level level, const char* message);
 } dyop_context_options;
 

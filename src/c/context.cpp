@@ -19,14 +19,24 @@ void call_c_handler(const std::string& message) {
   if (const auto handler = the_c_handler.load()) handler(message.c_str());
 }
 
-void report(dyop_context& context, const char* message) noexcept {
+void keep_error(dyop_context& context, const char* message) noexcept {
   const std::lock_guard lock(context.error_mutex);
   try {
     context.last_error = message;
   } catch (const std::bad_alloc&) {
     context.last_error.clear();
   }
-  if (context.hooks.log) context.hooks.log(context.hooks.user, DYOP_LOG_ERROR, message);
+}
+
+void report(dyop_context& context, const char* message) noexcept {
+  keep_error(context, message);
+  if (!context.hooks.log) return;
+  const std::lock_guard one_at_a_time(context.log_mutex);
+  if (context.is_logging) return;  // a failure inside the log, which would go on for ever
+  context.is_logging = true;
+  context.hooks.log(context.hooks.user, DYOP_LOG_ERROR, message);
+  context.is_logging = false;
+  keep_error(context, message);  // not that of a call inside the log
 }
 
 template <typename Object, typename Handle>

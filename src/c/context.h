@@ -139,4 +139,6 @@ struct dyop_context {
   std::atomic<int> running_calls{0};  ///< so that no callback destroys what its caller goes on with
   mutable std::mutex error_mutex;
   std::string last_error;
+  std::recursive_mutex log_mutex;  ///< held while the log is called, which may call functions
+  bool is_logging = false;
 };

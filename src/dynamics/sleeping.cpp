@@ -103,9 +103,8 @@ bool World::Impl::is_held(const Island& island, Scalar h) const {
     }
   }
   const auto is_carried = [&](BodyId a, BodyId b) {
-    return std::any_of(std::begin({a, b}), std::end({a, b}), [&](BodyId id) {
-      return moves_by_itself(bodies[id.slot], {time - h, time});
-    });
+    const TimeInterval step{time - h, time};
+    return moves_by_itself(bodies[a.slot], step) || moves_by_itself(bodies[b.slot], step);
   };
   for (const JointState* joint : island.joints) {
     const JointDefinition& definition = joint->definition;

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "dyop/geometry/capsule.h"
+#include "dyop/motion/constant_twist_motion.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 
@@ -407,6 +408,24 @@ TEST(Joint, RefusesWhatCannotBe) {
   definition.kind = JointKind::Hinge;
   definition.limits = JointLimits{1, -1};
   EXPECT_NE(message().find("in order"), std::string::npos);
+}
+
+TEST(Joint, WhatHangsOnACrawlingBodyStaysAwake) {
+  for (const bool crawls : {false, true}) {
+    World world(earth_options());
+    BodyDefinition anchor = anchor_body();
+    anchor.kind = BodyKind::Kinematic;
+    const Vector3 v_W(crawls ? 1e-6 : 0.0, 0, 0);  // literal: far below the speed of sleep
+    anchor.motion = std::make_shared<ConstantTwistMotion>(RigidPose(), Twist{v_W, Vector3::Zero()});
+    const auto cube = std::make_shared<Box>(Vector3(0.1, 0.1, 0.1));
+    JointDefinition joint;
+    joint.kind = JointKind::Fixed;
+    joint.a = world.add_body(anchor);
+    joint.b = world.add_body(dynamic_body("load", cube, {0, 0, 0}));
+    world.add_joint(joint);
+    run_joints(world, 2);
+    EXPECT_EQ(world.is_asleep(joint.b), !crawls);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/user_motion.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 
@@ -341,6 +343,31 @@ TEST(WorldChanges, ASensorIsCarriedAlongAndMovesNothing) {
     EXPECT_FALSE(events[1].is_overlap);
     EXPECT_LT(events[0].t, events[1].t);
   }
+}
+
+// Nothing bounds where its box ends, and the boxes of absent bodies are empty.
+TEST(WorldChanges, AMotionWithoutBoundsMeetsNoAbsentBody) {
+  World world;
+  BodyDefinition body;
+  body.kind = BodyKind::Kinematic;
+  body.shape = kBrick;
+  body.motion = std::make_shared<UserMotion>(
+      UserMotion::Functions{[](Scalar) { return RigidPose(); },
+                            [](Scalar) { return Twist(); },
+                            [](const TimeInterval&) {
+                              return TwistBound{kInfinity, kInfinity, kInfinity, kInfinity};
+                            },
+                            {}});
+  world.add_body(body);
+  body.motion =
+      std::make_shared<ConstantTwistMotion>(RigidPose(), Twist{{1, 0, 0}, Vector3::Zero()});
+  const BodyId disabled = world.add_body(body);
+  const BodyId removed = world.add_body(body);
+  world.set_enabled(disabled, false);
+  world.remove_body(removed);
+  const AdvanceReport report = world.advance(0.1);
+  EXPECT_EQ(report.status, AdvanceStatus::Completed);
+  EXPECT_TRUE(report.crossed.empty());
 }
 
 }  // namespace

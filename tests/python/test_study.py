@@ -2,6 +2,7 @@
 """Studies with a real scheduler and real worker processes."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -153,6 +154,30 @@ def test_a_file_of_another_study_is_refused(tmp_path):
         study.map(study_cases.slow, [1, 3], store=store)
     with pytest.raises(study.StudyError, match="slow"):
         study.map(study_cases.fails_at_three, [1, 2], store=store)
+
+
+def test_a_damaged_store_is_an_error_or_the_same_results(tmp_path):
+    path = tmp_path / "study.sqlite"
+    digests = [f"{k:064x}" for k in range(20)]
+    results = [(1.5 * k, f"x{k}", [0.1 * k] * 5) for k in range(20)]
+    store = study.Store(path, "f")
+    store.save([(k, digests[k], results[k]) for k in range(20)])
+    store.close()
+    whole = path.read_bytes()
+    generator = random.Random(3)
+    errors = 0
+    for _ in range(300):
+        damaged = bytearray(whole)
+        damaged[generator.randrange(len(whole))] ^= 1 << generator.randrange(8)
+        path.write_bytes(damaged)
+        try:
+            store = study.Store(path, "f")
+            assert all(results[k] == found for k, found in store.load(digests).items())
+            store.close()
+        except study.StudyError as error:
+            errors += 1
+            assert "study.sqlite" in str(error)
+    assert errors > 30
 
 
 def test_progress_counts_what_was_there(tmp_path):

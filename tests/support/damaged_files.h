@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/time.h>
@@ -9,13 +10,18 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <random>
 #include <string>
+#include <thread>
 
 #include "dyop/core/error.h"
+#include "support/temporary_directory.h"
 
 namespace dyop::testing {
 
@@ -115,6 +121,70 @@ inline DamageReport read_damaged(const std::string& whole,
     report.disaster = "an exception that is no Error" + copy;
   }
   return report;
+}
+
+enum class DamageOutcome { SameContent, Error, OtherContent, Crash, Hang };
+
+/// Reads in a process of its own, which may take two seconds of processor time; only one that
+/// sleeps is waited for longer.
+inline DamageOutcome read_in_child(const std::function<std::uint64_t()>& content,
+                                   std::uint64_t expected) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit two_seconds{2, 3};
+    ::setrlimit(RLIMIT_CPU, &two_seconds);
+    try {
+      _exit(content() == expected ? 0 : 2);
+    } catch (const Error&) {
+      _exit(1);
+    } catch (...) {
+      _exit(3);
+    }
+  }
+  int status = 0;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return DamageOutcome::Hang;
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(300));
+  }
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return DamageOutcome::Hang;
+  if (!WIFEXITED(status) || WEXITSTATUS(status) > 2) return DamageOutcome::Crash;
+  constexpr std::array kOutcomes{DamageOutcome::SameContent, DamageOutcome::Error,
+                                 DamageOutcome::OtherContent};
+  return kOutcomes[std::size_t(WEXITSTATUS(status))];
+}
+
+/// Flips one bit of a recording at a time, and expects of its content that it is the same or an
+/// Error. Returns how often it was an Error.
+/// @param content Reads the file; a digest of all that a reader tells.
+/// @param flips   How many, unless DYOP_DAMAGE_COUNT says it.
+inline int flip_bits(const std::filesystem::path& file,
+                     const std::function<std::uint64_t()>& content, int flips) {
+  const std::uint64_t expected = content();
+  const std::string whole = TemporaryDirectory::read(file);
+  const char* count = std::getenv("DYOP_DAMAGE_COUNT");
+  if (count != nullptr) flips = std::atoi(count);
+  std::mt19937_64 random(20261123);
+  int errors = 0;
+  for (int k = 0; k < flips; ++k) {
+    std::string damaged = whole;
+    // Metadata stands in the first kilobytes, half of the flips with it.
+    const std::size_t range =
+        k % 2 == 0 ? whole.size() : std::min<std::size_t>(whole.size(), 20'000);
+    const std::size_t place = random() % range;
+    damaged[place] = char(damaged[place] ^ (1 << (random() % 8)));
+    std::ofstream(file, std::ios::binary) << damaged;
+    const DamageOutcome outcome = read_in_child(content, expected);
+    EXPECT_NE(outcome, DamageOutcome::Hang) << "byte " << place;
+    EXPECT_NE(outcome, DamageOutcome::Crash) << "byte " << place;
+    EXPECT_NE(outcome, DamageOutcome::OtherContent) << "byte " << place;
+    errors += outcome == DamageOutcome::Error;
+  }
+  return errors;
 }
 
 }  // namespace dyop::testing

@@ -224,7 +224,9 @@ void WorldStep::merge_pairs(const std::vector<std::pair<std::int32_t, std::int32
     const PairKey key{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
     while (old != world_.pairs.end() && (*old)->key < key) keep_resting(*old++);
     const bool is_known = old != world_.pairs.end() && (*old)->key == key;
-    if (world_.is_pair_enabled(key)) {
+    // The infinite box of a motion without bounds meets the empty boxes of absent bodies, too.
+    const bool are_present = world_.bodies[key.a].is_present() && world_.bodies[key.b].is_present();
+    if (are_present && world_.is_pair_enabled(key)) {
       if (is_known) {
         merged.push_back(std::move(*old));
       } else {

@@ -20,6 +20,7 @@ from ._cases import CaseLost, drop, run_isolated
 from ._progress import Bar, call_of
 
 _PROTOCOL = 5
+_SEAL_SIZE = hashlib.sha256().digest_size
 _LOOK_SECONDS = 1.0  # between two looks at the scheduler
 _GONE_SECONDS = 30.0  # without an answer of the scheduler, which a client tries to reach again
 
@@ -35,17 +36,34 @@ class StudyError(RuntimeError):
     """A study cannot go on: a case that crashed, results of another study, no worker, no scheduler."""
 
 
+def _seal(number, digest, data):
+    """A digest of a row of a store."""
+    return hashlib.sha256(f"{number} {digest} ".encode() + data).digest()
+
+
 class Store:
     """Results of a study on disk, each written once: a file of SQLite.
 
     A study that was killed goes on from here. Each row has the case's number, a digest of the case,
-    and the pickled result.
+    and the pickled result behind a digest of the whole row: what is damaged is a StudyError, and is
+    not unpickled.
     """
 
     def __init__(self, path, name):
         self._path = os.fspath(path)
         self._rows = sqlite3.connect(self._path)
-        with self._rows:
+        try:
+            names = self._names(name)
+        except StudyError:
+            self._rows.close()
+            raise
+        if names != [name]:
+            self._rows.close()
+            raise StudyError(f"{self._path} holds results of {names[0]}, not of {name}")
+
+    def _names(self, name):
+        """The studies whose results these are: in a new file `name`."""
+        with self._access():
             self._rows.execute("create table if not exists study (name text)")
             self._rows.execute(
                 "create table if not exists results"
@@ -54,23 +72,36 @@ class Store:
             names = [row[0] for row in self._rows.execute("select name from study")]
             if not names:
                 self._rows.execute("insert into study values (?)", (name,))
-        if names not in ([], [name]):
-            self._rows.close()
-            raise StudyError(f"{self._path} holds results of {names[0]}, not of {name}")
+        return names or [name]
+
+    @contextlib.contextmanager
+    def _access(self):
+        """One transaction."""
+        try:
+            with self._rows:
+                yield
+        except (sqlite3.Error, UnicodeError) as error:
+            raise StudyError(f"{self._path}: {error}") from None
 
     def load(self, digests):
         """The results that are there, by number. @throws StudyError if a case has changed."""
+        with self._access():
+            rows = list(self._rows.execute("select number, digest, result from results"))
         found = {}
-        for number, digest, result in self._rows.execute("select * from results"):
-            if number >= len(digests) or digests[number] != digest:
+        for number, digest, sealed in rows:
+            if number not in range(len(digests)) or digests[number] != digest:
                 raise StudyError(f"{self._path}: case {number} is not the one it was")
-            found[number] = pickle.loads(result)
+            data = sealed[_SEAL_SIZE:] if isinstance(sealed, bytes) else b""
+            if sealed != _seal(number, digest, data) + data:
+                raise StudyError(f"{self._path}: the result of case {number} is damaged")
+            found[number] = pickle.loads(data)
         return found
 
     def save(self, rows):
         """Rows (number, digest, result): all or none."""
-        data = [(n, d, pickle.dumps(r, _PROTOCOL)) for n, d, r in rows]
-        with self._rows:
+        packed = [(n, d, pickle.dumps(r, _PROTOCOL)) for n, d, r in rows]
+        data = [(n, d, _seal(n, d, r) + r) for n, d, r in packed]
+        with self._access():
             self._rows.executemany("insert into results values (?, ?, ?)", data)
 
     def close(self):

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/haptic_recording_writer.h"
 #include "dyop/io/haptic_scene_file.h"
+#include "support/damaged_files.h"
 #include "support/inputs/haptic_run_texts.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
@@ -169,6 +171,39 @@ TEST(HapticReplay, ADamagedFileIsAnError) {
   EXPECT_THROW(replay_haptic_recording(file), FileError);
   std::ofstream(file) << "something else";
   EXPECT_THROW(replay_haptic_recording(file), FileError);
+}
+
+// All that a reader tells of a recording, snapshots and meshes included.
+std::uint64_t haptic_content_of(const fs::path& file) {
+  const HapticRecordingReader reader(file);
+  RecordedTissue tissue(reader, file);
+  std::ostringstream text;
+  text << std::hexfloat << reader.header().title << reader.sources()[0].formula;
+  reader.for_each_tick([&](const RecordedTick& tick) {
+    text << tick.number << ' ' << tick.dt << ' ' << tick.cutoff.has_value() << int(tick.status)
+         << tick.nearest.value_or(9) << tick.energy_returned << tick.tissue_stopped
+         << tick.wrench.force_W.transpose() << tick.device.p_WD.transpose()
+         << tick.device.q_WD.coeffs().transpose() << ' ' << tick.latency.count() << ' '
+         << tick.digest;
+    for (std::size_t k = 0; k < tick.new_snapshots.size(); ++k) {
+      for (int n = tick.new_snapshots[k]; n > 0; --n) {
+        const RecordedSnapshot& snapshot = tissue.next(k);
+        text << snapshot.duration;
+        for (const Vector3& vertex : snapshot.vertices) text << vertex.transpose();
+        for (const TriangleIndices& t : snapshot.triangles) text << t[0] << t[1] << t[2] << ' ';
+      }
+    }
+  });
+  return std::hash<std::string>()(text.str());
+}
+
+TEST(HapticReplay, DamageOfOneBitIsAnErrorOrChangesNothing) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  record_small_run(file, {false, 200, 1000, true, false});
+  EXPECT_GT(testing::flip_bits(
+                file, [&] { return haptic_content_of(file); }, 60),
+            5);
 }
 
 }  // namespace

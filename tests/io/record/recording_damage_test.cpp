@@ -19,6 +19,7 @@
 #include "dyop/io/recording_writer.h"
 #include "io/file_bytes.h"
 #include "io/record/recorded_world.h"
+#include "support/damaged_files.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 
@@ -61,62 +62,13 @@ std::uint64_t content_of(const fs::path& file) {
   return io_internal::digest_of(bytes);
 }
 
-enum class Outcome { SameContent, Error, OtherContent, Crash, Hang };
-
-// Reads the file in a process of its own, which may take two seconds of processor time; only one that
-// sleeps is waited for longer.
-Outcome read_in_child(const fs::path& file, std::uint64_t expected) {
-  const pid_t child = fork();
-  if (child == 0) {
-    const rlimit two_seconds{2, 3};
-    ::setrlimit(RLIMIT_CPU, &two_seconds);
-    try {
-      _exit(content_of(file) == expected ? 0 : 2);
-    } catch (const Error&) {
-      _exit(1);
-    } catch (...) {
-      _exit(3);
-    }
-  }
-  int status = 0;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(2);
-  while (waitpid(child, &status, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() > deadline) {
-      kill(child, SIGKILL);
-      waitpid(child, &status, 0);
-      return Outcome::Hang;
-    }
-    std::this_thread::sleep_for(std::chrono::microseconds(300));
-  }
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return Outcome::Hang;
-  if (!WIFEXITED(status) || WEXITSTATUS(status) > 2) return Outcome::Crash;
-  constexpr std::array kOutcomes{Outcome::SameContent, Outcome::Error, Outcome::OtherContent};
-  return kOutcomes[std::size_t(WEXITSTATUS(status))];
-}
-
 TEST(RecordingDamage, OfOneBitIsAnErrorOrChangesNothing) {
   const TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.h5";
   testing::record_busy_run(file);
-  const std::uint64_t expected = content_of(file);
-  const std::string whole = TemporaryDirectory::read(file);
-  std::mt19937_64 random(20261123);
-  std::map<Outcome, int> outcomes;
-  for (int k = 0; k < 300; ++k) {
-    std::string damaged = whole;
-    // Metadata stands in the first kilobytes, half of the flips with it.
-    const std::size_t range =
-        k % 2 == 0 ? whole.size() : std::min<std::size_t>(whole.size(), 20'000);
-    const std::size_t place = random() % range;
-    damaged[place] = char(damaged[place] ^ (1 << (random() % 8)));
-    directory.write("run.h5", damaged);
-    const Outcome outcome = read_in_child(file, expected);
-    ++outcomes[outcome];
-    EXPECT_NE(outcome, Outcome::Hang) << "byte " << place;
-    EXPECT_NE(outcome, Outcome::Crash) << "byte " << place;
-    EXPECT_NE(outcome, Outcome::OtherContent) << "byte " << place;
-  }
-  EXPECT_GT(outcomes[Outcome::Error], 30);
+  EXPECT_GT(testing::flip_bits(
+                file, [&] { return content_of(file); }, 300),
+            30);
 }
 
 TEST(RecordingDamage, AFileHasOneWriter) {
