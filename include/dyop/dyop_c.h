@@ -181,6 +181,11 @@ DYOP_C_API dyop_status dyop_hull_create(dyop_context* context, const double* poi
 DYOP_C_API dyop_status dyop_mesh_create(dyop_context* context, const double* vertices,
                                         size_t vertex_count, const int32_t* triangles,
                                         size_t triangle_count, dyop_shape* shape);
+/* Ground as a closed mesh: heights row by row, rows along y and columns along x from the origin,
+ * and the height of its bottom, below all others. */
+DYOP_C_API dyop_status dyop_height_field_create(dyop_context* context, const double* heights,
+                                                size_t rows, size_t columns, double spacing_x,
+                                                double spacing_y, double base, dyop_shape* shape);
 /* The same triangles with as many new vertices: a new shape at a fraction of the cost. */
 DYOP_C_API dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh,
                                        const double* vertices, size_t vertex_count,
@@ -188,6 +193,14 @@ DYOP_C_API dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh,
 DYOP_C_API dyop_status dyop_compound_create(dyop_context* context, const dyop_shape* children,
                                             const dyop_pose* poses, size_t child_count,
                                             dyop_shape* shape);
+/* Balls of one radius about points, rows of three; cubes by their centres, rows of three, and the
+ * lengths of their edges. Each is a compound. */
+DYOP_C_API dyop_status dyop_point_cloud_create(dyop_context* context, const double* points,
+                                               size_t point_count, double radius,
+                                               dyop_shape* shape);
+DYOP_C_API dyop_status dyop_occupancy_create(dyop_context* context, const double* centers,
+                                             const double* sizes, size_t cube_count,
+                                             dyop_shape* shape);
 /* Of a closed shape with a density: mass per volume. */
 DYOP_C_API dyop_status dyop_shape_mass_properties(dyop_context* context, dyop_shape shape,
                                                   double density, dyop_mass_properties* properties);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "c/context.h"
 #include "c/convert.h"
+#include "core/tolerance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
@@ -9,6 +10,8 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
+#include "dyop/geometry/height_field.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
@@ -128,6 +131,24 @@ dyop_status dyop_mesh_create(dyop_context* context, const double* vertices, size
   });
 }
 
+dyop_status dyop_height_field_create(dyop_context* context, const double* heights, size_t rows,
+                                     size_t columns, double spacing_x, double spacing_y,
+                                     double base, dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(heights, "heights");
+    DYOP_REQUIRE(columns == 0 || rows <= kLargestTriangleCount / columns, "a height field of ",
+                 rows, " rows and ", columns, " columns is too large");
+    HeightGrid grid;
+    grid.rows = rows;
+    grid.columns = columns;
+    grid.heights.assign(heights, heights + rows * columns);
+    grid.spacing_x = spacing_x;
+    grid.spacing_y = spacing_y;
+    grid.base = base;
+    context->add<TriangleMesh>(context->shapes, shape, height_field(grid));
+  });
+}
+
 dyop_status dyop_mesh_refit(dyop_context* context, dyop_shape mesh, const double* vertices,
                             size_t vertex_count, dyop_shape* shape) {
   return guard(context, [&] {
@@ -147,6 +168,25 @@ dyop_status dyop_compound_create(dyop_context* context, const dyop_shape* childr
       list.push_back({context->shape(children[i]), dyop::c::pose_from(poses[i])});
     }
     context->add<CompoundShape>(context->shapes, shape, list);
+  });
+}
+
+dyop_status dyop_point_cloud_create(dyop_context* context, const double* points, size_t point_count,
+                                    double radius, dyop_shape* shape) {
+  return guard(context, [&] {
+    context->add<CompoundShape>(context->shapes, shape,
+                                point_cloud(points_from(points, point_count), radius));
+  });
+}
+
+dyop_status dyop_occupancy_create(dyop_context* context, const double* centers, const double* sizes,
+                                  size_t cube_count, dyop_shape* shape) {
+  return guard(context, [&] {
+    DYOP_REQUIRE(sizes || cube_count == 0, "sizes must not be null");
+    const std::vector<Vector3> points = points_from(centers, cube_count);
+    std::vector<OccupiedCube> cubes;
+    for (std::size_t k = 0; k < cube_count; ++k) cubes.push_back({points[k], sizes[k]});
+    context->add<CompoundShape>(context->shapes, shape, occupancy(cubes));
   });
 }
 

@@ -302,6 +302,29 @@ static int check_more_shapes(dyop_context* context) {
   dyop_distance_result gap = {sizeof(dyop_distance_result)};
   CHECK(dyop_half_space_create(context, up, 1, &pair.a) == DYOP_OK);
   CHECK(dyop_half_space_create(context, NULL, 1, &pair.a) == DYOP_INVALID_ARGUMENT);
+  {
+    const double heights[6] = {1, 2, 3, 1, 2, 3};
+    dyop_mass_properties ground;
+    CHECK(dyop_height_field_create(context, heights, 2, 3, 1, 2, 0, &shapes[0]) == DYOP_OK);
+    CHECK(dyop_shape_mass_properties(context, shapes[0], 1, &ground) == DYOP_OK);
+    CHECK(fabs(ground.mass - 8) < 1e-12);
+    CHECK(dyop_height_field_create(context, NULL, 2, 3, 1, 2, 0, &shapes[0]) ==
+          DYOP_INVALID_ARGUMENT);
+    CHECK(dyop_height_field_create(context, heights, 2, 3, 1, 2, 1, &shapes[0]) ==
+          DYOP_INVALID_ARGUMENT);
+    CHECK(dyop_height_field_create(context, heights, (size_t)-1, 3, 1, 2, 0, &shapes[0]) ==
+          DYOP_INVALID_ARGUMENT);
+  }
+  {
+    const double sizes[2] = {1, 2};
+    dyop_mass_properties mass;
+    CHECK(dyop_occupancy_create(context, points, sizes, 2, &shapes[0]) == DYOP_OK);
+    CHECK(dyop_shape_mass_properties(context, shapes[0], 1, &mass) == DYOP_OK);
+    CHECK(fabs(mass.mass - 9) < 1e-12);
+    CHECK(dyop_occupancy_create(context, points, NULL, 2, &shapes[0]) == DYOP_INVALID_ARGUMENT);
+    CHECK(dyop_point_cloud_create(context, points, 2, 0.5, &shapes[0]) == DYOP_OK);
+    CHECK(dyop_point_cloud_create(context, points, 0, 0.5, &shapes[0]) == DYOP_INVALID_ARGUMENT);
+  }
   CHECK(dyop_sphere_create(context, 0.5, &pair.b) == DYOP_OK);
   pair.pose_b.position[0] = 1e4;
   pair.pose_b.position[2] = 4;

@@ -29,7 +29,7 @@ SIMPLE = {
     "uint64_t": ctypes.c_uint64, "uint8_t": ctypes.c_uint8, "size_t": ctypes.c_size_t,
 }
 # Arrays whose length is not what the next count says, or else the last one before.
-ROWS = {"points": 3, "vertices": 3, "triangles": 3}
+ROWS = {"points": 3, "centers": 3, "vertices": 3, "triangles": 3}
 # Where a caller can ask for endless work: usual values, and those at the edges.
 CAREFUL = {
     "dt": ([0.01, 0.1], [0.0, -1.0, 1e-300, float("nan"), float("inf")]),
@@ -350,6 +350,8 @@ class Fuzzer:
                         count = counts[later[0]] * ROWS.get(argument, 1)
                         if argument == "waypoints":
                             count = counts["waypoint_count"] * counts["coordinate_count"]
+                        if argument == "heights":
+                            count = counts["rows"] * counts["columns"]
                     if name == "dyop_mesh_create" and argument == "triangles" and count == 12 and self.random.random() < 0.8:
                         value = self.memory(bytes((ctypes.c_int32 * 12)(0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)))
                     elif argument == "times" and self.random.random() < 0.9:

@@ -35,7 +35,7 @@ std::string compressed(const std::filesystem::path& file, const std::uint8_t* da
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace dyop;
-  constexpr std::array<const char*, 5> kEndings{".obj", ".stl", ".ply", ".off", ".ply.gz"};
+  constexpr std::array<const char*, 6> kEndings{".obj", ".stl", ".ply", ".off", ".ply.gz", ".asc"};
   if (size == 0) return 0;
   const std::string ending = kEndings[data[0] % kEndings.size()];
   const std::filesystem::path file = fuzz::scratch_file(ending, data + 1, size - 1);

@@ -187,6 +187,46 @@ TEST_F(MeshFile, NamesWhatIsWrongWithOff) {
   EXPECT_MESSAGE(directory_.write("e.off", "nonsense\n"), ":1: expected the word OFF");
 }
 
+constexpr const char* kGrid =
+    "NCOLS 3\nnrows 2\nxllcorner 10\nyllcenter -5\ncellsize 2\nNODATA_value -9999\n"
+    "4 5 6\n1 2\n3.5\n";
+
+TEST_F(MeshFile, LoadsAGridOfHeightsFromNorthToSouth) {
+  const TriangleMesh mesh = load_mesh(directory_.write("ground.asc", kGrid));
+  EXPECT_TRUE(mesh.is_closed());
+  EXPECT_EQ(mesh.triangles().size(), 4u + 3 * 6);
+  EXPECT_EQ(mesh.vertices()[0], Vector3(11, -5, 1));
+  EXPECT_EQ(mesh.vertices()[2], Vector3(15, -5, 3.5));
+  EXPECT_EQ(mesh.vertices()[3], Vector3(11, -3, 4));
+  EXPECT_EQ(mesh.bounding_box().min().z(), 1 - 5);
+  EXPECT_DOUBLE_EQ(load_mesh(directory_.write("b.asc", "ncols 2\nnrows 2\ndx 1\ndy 3\n1 1 1 1"))
+                       .bounding_box()
+                       .sizes()
+                       .y(),
+                   3);
+}
+
+TEST_F(MeshFile, NamesWhatIsWrongWithAGridOfHeights) {
+  const std::string head = "ncols 2\nnrows 2\ncellsize 1\n";
+  EXPECT_MESSAGE(directory_.write("a.asc", head + "1 2\n3 x\n"), ":5: height: expected a finite");
+  EXPECT_MESSAGE(directory_.write("b.asc", head + "1 2\n3\n"), "expected 4 heights, found 3");
+  EXPECT_MESSAGE(directory_.write("c.asc", head + "1 2\n3 4 5\n"),
+                 "expected 4 heights, found more");
+  EXPECT_MESSAGE(directory_.write("d.asc", "nodata_value 7\n" + head + "1 7\n3 4\n"),
+                 ":5: a cell without data, '7'");
+  EXPECT_MESSAGE(directory_.write("e.asc", "ncols 2\n1 2\n"), "the header has no nrows");
+  EXPECT_MESSAGE(directory_.write("f.asc", "ncols 2\nnrows 1.5\ncellsize 1\n1 2\n"),
+                 "nrows must be an integer from 2");
+  EXPECT_MESSAGE(directory_.write("g.asc", "ncols 2\nnrows 1e300\ncellsize 1\n1 2\n"),
+                 "not 1e+300");
+  EXPECT_MESSAGE(directory_.write("h.asc", "ncols 2\nncols 2\n"), ":2: a second ncols");
+  EXPECT_MESSAGE(directory_.write("i.asc", "ncols 2 3\n"), ":1: ncols: expected one value");
+  EXPECT_MESSAGE(directory_.write("j.asc", "color 2\n"), ":1: unknown key 'color'");
+  EXPECT_MESSAGE(directory_.write("k.asc", head), "expected heights after the header");
+  EXPECT_MESSAGE(directory_.write("l.asc", "ncols 2\nnrows 2\ncellsize -1\n1 2 3 4\n"),
+                 "must be > 0, not -1");
+}
+
 TEST_F(MeshFile, NamesWhatIsWrongWithStl) {
   const std::string whole = testing::cube_stl_binary();
   EXPECT_MESSAGE(
@@ -247,7 +287,7 @@ TEST_F(MeshFile, RefusesWhatHoldsNoTriangles) {
   EXPECT_MESSAGE(directory_.write("a.txt", "hello"), "not a readable mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf", "{\"asset\":"), "not a readable mesh");
   EXPECT_MESSAGE(directory_.write("a.gltf.gz", "x"),
-                 "only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
+                 "only as .asc.gz, .obj.gz, .off.gz, .ply.gz and .stl.gz");
 }
 
 TEST_F(MeshFile, PlacesAMesh) {

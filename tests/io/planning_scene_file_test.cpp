@@ -8,6 +8,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/file_error.h"
@@ -162,6 +163,58 @@ TEST_F(PlanningSceneFile, ReadsJsonToo) {
   EXPECT_FALSE(is_planning_scene(directory_.path() / "none.json"));
 }
 
+TEST_F(PlanningSceneFile, TakesPlanesAsHalfSpaces) {
+  const PlanningScene scene = load(R"(
+world:
+  collision_objects:
+    - id: room
+      pose: {position: [0, 0, 1]}
+      primitives: [{type: sphere, dimensions: [0.5]}]
+      primitive_poses: [{position: [9, 0, 0]}]
+      planes: [{coef: [0, 0, 2, 1]}, {coef: {a: 0, b: -1, c: 0, d: 0}}]
+      plane_poses:
+        - position: [0, 0, 3]
+          orientation: [1, 0, 0, 0]
+        - position: [0, 0.95, 0]
+allowed_collision_matrix:
+  default_entry_names: [floor]
+  default_entry_values: [true]
+)");
+  ASSERT_EQ(scene.objects.size(), 3u);
+  for (const PlanningObject& each : scene.objects) EXPECT_EQ(each.name, "room");
+  // 2 z + 1 <= 0, turned over about x: what lies above z = 4.5.
+  const auto& ceiling = dynamic_cast<const HalfSpace&>(*scene.objects[1].shape);
+  EXPECT_EQ(ceiling.offset(), -0.5);
+  const auto height = [](const PlanningObject& each, const Vector3& p_W) {
+    return dynamic_cast<const HalfSpace&>(*each.shape).height(each.X_WO.inverse() * p_W);
+  };
+  EXPECT_NEAR(height(scene.objects[1], Vector3(7, 8, 4)), 0.5, 1e-12);
+  EXPECT_NEAR(height(scene.objects[1], Vector3(7, 8, 5)), -0.5, 1e-12);
+  // The wall is y >= 0.95; the ball of radius 0.1 at the end of the arm stands at y = sin(angle).
+  const ChainResult result = turn_among(scene);
+  ASSERT_EQ(result.toi.status, ToiStatus::Impact);
+  EXPECT_NEAR(result.toi.t_safe, std::asin(0.85) / 2, 1e-5);
+}
+
+TEST_F(PlanningSceneFile, ReadsAnOctree) {
+  // The root's child 7 is occupied: a cube of 2^15 cells above zero along all axes.
+  const PlanningScene scene = load(R"(
+world:
+  octomap:
+    header: {frame_id: base}
+    origin: {position: [-10, 0.95, -5], orientation: [0, 0, 0, 1]}
+    octomap: {binary: true, id: OcTree, resolution: 0.001, data: [0, -128]}
+)");
+  ASSERT_EQ(scene.objects.size(), 1u);
+  EXPECT_EQ(scene.objects[0].name, "<octomap>");
+  EXPECT_EQ(scene.objects[0].X_WO.translation(), Vector3(-10, 0.95, -4));
+  EXPECT_NEAR(scene.objects[0].shape->bounding_box().max().x(), 32.768, 1e-9);
+  const ChainResult result = turn_among(scene);
+  ASSERT_EQ(result.toi.status, ToiStatus::Impact);
+  EXPECT_NEAR(result.toi.t_safe, std::asin(0.85) / 2, 1e-5);
+  EXPECT_TRUE(load("world: {octomap: {octomap: {data: []}}}").objects.empty());
+}
+
 std::string object(const std::string& body) {
   return "world: {collision_objects: [{id: a, " + body + "}]}";
 }
@@ -170,7 +223,13 @@ TEST_F(PlanningSceneFile, NamesWhatItCannotRead) {
   expect_refused("[1]", "an object");
   expect_refused("bodies: []", "expected a planning scene");
   expect_refused(object("primitives: []"), "neither primitives nor meshes");
-  expect_refused(object("planes: [{coef: [0, 0, 1, 0]}]"), "planes are not read");
+  expect_refused(object("planes: [{coef: [0, 0, 0, 1]}]"), "normal");
+  expect_refused(object("planes: [{coef: [0, 0, 1]}]"), "expected at least 4 elements, found 3");
+  expect_refused(object("planes: [{coef: [0, 0, 1, 0]}], plane_poses: [{}, {}]"), "2 for 1");
+  expect_refused(
+      "robot_state: {attached_collision_objects: [{link_name: arm, object: {id: o, planes: "
+      "[{coef: [0, 0, 1, 0]}]}}]}",
+      "a plane cannot be held");
   expect_refused(object("primitives: [{type: tube, dimensions: [1]}]"), "primitives[0].type");
   expect_refused(object("primitives: [{type: 5, dimensions: [1]}]"), "1 (box)");
   expect_refused(object("primitives: [{type: box, dimensions: [1, 2]}]"), "expected 3 dimensions");
@@ -185,7 +244,13 @@ TEST_F(PlanningSceneFile, NamesWhatItCannotRead) {
   expect_refused(object("meshes: [{resource: a.stl}]"), "`vertices`");
   expect_refused(object("meshes: [{vertices: [[0, 0, 0]], triangles: [[0, 1, 2]]}]"),
                  "the number of a vertex");
-  expect_refused("world: {octomap: {octomap: {data: [1]}}}", "octrees are not read");
+  const auto octree = [](const std::string& rest) {
+    return "world: {octomap: {octomap: {id: OcTree, binary: true, " + rest + "}}}";
+  };
+  expect_refused(octree("resolution: 0.5, data: [1]"), "truncated");
+  expect_refused(octree("resolution: 0.5, data: [0, 300]"), "octomap.data[1]: expected a byte");
+  expect_refused(octree("resolution: -1, data: [0, -128]"), "a number > 0");
+  expect_refused("world: {octomap: {octomap: {data: [1]}}}", "'id'");
   expect_refused("robot_state: {joint_state: {name: [turn], position: []}}", "0 for 1");
   expect_refused("robot_state: {attached_collision_objects: [{link_name: leg, object: {id: x}}]}",
                  "name of a link");

@@ -89,7 +89,7 @@ BY_NAME = {
 }
 ARRAYS = (
     "vertices triangles points points_W directions_W array begin end next_end control_points v_WB w_WB a b "
-    "position quaternion interval waypoints velocities controls q"
+    "position quaternion interval waypoints velocities controls q heights centers"
 ).split()
 BATCH = {
     "a": "Union[Shape, Sequence[Shape]]",

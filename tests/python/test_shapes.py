@@ -104,6 +104,27 @@ def test_half_space_has_no_end():
         dyop.HalfSpace((0, 0, 0))
 
 
+def test_height_field_is_closed_ground():
+    x, y = np.meshgrid(np.arange(5) * 2.0, np.arange(3) * 0.5)
+    slope = 0.25 * x - y  # rows along y, columns along x
+    ground = dyop.height_field(slope, (2, 0.5), origin=(10, 20), base=-3)
+    assert ground.is_closed() and ground.compute_mass_properties(1).mass == pytest.approx(8 * 3.5)
+    np.testing.assert_array_equal(ground.vertices[:15, 2], slope.ravel())
+    np.testing.assert_array_equal(ground.vertices[14], [18, 21, 1])
+    hit = dyop.ray_cast(ground, dyop.RigidPose(), (10 + 5.1, 20 + 0.7, 9), (0, 0, -1))
+    assert hit.p_WC[2] == pytest.approx(0.25 * 5.1 - 0.7, abs=1e-12)
+    copied = pickle.loads(pickle.dumps(ground))
+    np.testing.assert_array_equal(copied.vertices, ground.vertices)
+    transposed = dyop.height_field(np.zeros((3, 2), dtype=np.float32).T)
+    assert len(transposed.triangles) == 4 + 3 * 6
+    with pytest.raises(dyop.InvalidArgument, match="row 0, column 1"):
+        dyop.height_field([[0, np.nan], [0, 0]])
+    with pytest.raises(dyop.InvalidArgument, match="not one of 1 dimensions"):
+        dyop.height_field([0, 1])
+    with pytest.raises(dyop.InvalidArgument, match="array of numbers"):
+        dyop.height_field("hills")
+
+
 @pytest.mark.parametrize(
     "make, said",
     [
@@ -166,3 +187,20 @@ def test_meshes_of_other_libraries(ball_mesh):
         dyop.TriangleMesh(Cells(points))
     with pytest.raises(dyop.InvalidArgument, match="type int"):
         dyop.TriangleMesh(3)
+
+
+def test_occupied_space(tmp_path):
+    cubes = dyop.occupancy([(0, 0, 0), (3, 0, 0)], [1, 2])
+    assert dyop.point_distance(cubes, dyop.RigidPose(), (0, 2, 0)).upper == pytest.approx(1.5)
+    cloud = dyop.point_cloud(np.array([(0.0, 0, 0), (1, 0, 0)]), 0.25)
+    assert dyop.point_distance(cloud, dyop.RigidPose(), (3, 0, 0)).lower == pytest.approx(1.75)
+    file = tmp_path / "map.bt"
+    head = b"# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.25\ndata\n"
+    file.write_bytes(head + b"\x00\x80")
+    tree = dyop.load_octree(file)
+    np.testing.assert_allclose(tree.bounding_box(), [[0] * 3, [8192] * 3], atol=1e-8)
+    with pytest.raises(dyop.InvalidArgument, match="2 centers and 1 sizes"):
+        dyop.occupancy([(0, 0, 0), (3, 0, 0)], [1])
+    with pytest.raises(dyop.FileError, match="truncated"):
+        file.write_bytes(head + b"\x00")
+        dyop.load_octree(file)

@@ -21,7 +21,8 @@ struct MeshFileLimits {
 /// formats that assimp supports, such as glTF and 3DS, are read in single precision, if this
 /// library was built with it (CMake option DYOP_WITH_ASSIMP); meshes are placed by the transforms
 /// of their nodes, and under a mirroring transform polygons are reversed, so that they still face
-/// outward.
+/// outward. An ESRI ASCII grid (`.asc`) becomes the closed mesh of height_field(), row 0 in the
+/// south; heights stand at the middles of its cells.
 ///
 /// Vertices keep the order of the file. Those at exactly the same place are joined, because many
 /// formats repeat a vertex for every triangle or normal; in a file without repeats, vertices have

@@ -13,7 +13,8 @@
 
 namespace DYOP_EXPORT dyop {
 
-/// A collision object of a planning scene.
+/// A collision object of a planning scene. One that holds planes is several with the same name:
+/// its bounded parts, and a HalfSpace for each plane.
 struct PlanningObject {
   std::string name;
   std::shared_ptr<const Shape> shape;

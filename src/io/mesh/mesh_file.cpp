@@ -27,8 +27,9 @@ struct MeshFormat {
   PolygonMesh (*read)(const std::filesystem::path& file, std::string_view bytes);
 };
 constexpr std::array kFormats{
-    MeshFormat{".obj", &io_internal::read_obj}, MeshFormat{".off", &io_internal::read_off},
-    MeshFormat{".ply", &io_internal::read_ply}, MeshFormat{".stl", &io_internal::read_stl}};
+    MeshFormat{".asc", &io_internal::read_asc}, MeshFormat{".obj", &io_internal::read_obj},
+    MeshFormat{".off", &io_internal::read_off}, MeshFormat{".ply", &io_internal::read_ply},
+    MeshFormat{".stl", &io_internal::read_stl}};
 
 // Merges vertices at exactly the same place.
 class VertexJoiner {
@@ -79,7 +80,8 @@ PolygonMesh read_polygons(const std::filesystem::path& file, const MeshFileLimit
   const bool is_ours = format != kFormats.end();
   if (is_gzip && !is_ours) {
     throw FileError(
-        file, "compressed meshes are supported only as .obj.gz, .off.gz, .ply.gz and .stl.gz");
+        file,
+        "compressed meshes are supported only as .asc.gz, .obj.gz, .off.gz, .ply.gz and .stl.gz");
   }
   const std::string bytes = is_gzip ? io_internal::read_gzip_bytes(file, limits.most_unpacked_bytes)
                                     : io_internal::read_bytes(file);

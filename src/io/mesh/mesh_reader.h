@@ -42,6 +42,7 @@ class PolygonMesh {
 /// To add a format: its reader in `src/io/mesh/<name>_reader.cpp`, a row in the table of
 /// `src/io/mesh_file.cpp`, its writer in `tests/support/mesh_writers.h`.
 /// @throws FileError with the line, or for binary data the row.
+PolygonMesh read_asc(const std::filesystem::path& file, std::string_view bytes);
 PolygonMesh read_obj(const std::filesystem::path& file, std::string_view bytes);
 PolygonMesh read_off(const std::filesystem::path& file, std::string_view bytes);
 PolygonMesh read_ply(const std::filesystem::path& file, std::string_view bytes);

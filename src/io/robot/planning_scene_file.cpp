@@ -11,9 +11,12 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/half_space.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "io/file_bytes.h"
+#include "io/octree_reader.h"
 #include "io/robot/resting.h"
 #include "io/text_scanner.h"
 #include "io/yaml_reader.h"
@@ -128,6 +131,14 @@ std::shared_ptr<const Shape> read_mesh(const JsonNode& node) {
       [&] { return std::make_shared<TriangleMesh>(std::move(vertices), std::move(triangles)); });
 }
 
+// a x + b y + c z + d = 0, with everything behind it: a floor is a solid.
+std::shared_ptr<const Shape> read_plane(const JsonNode& node) {
+  const std::vector<Scalar> coef = read_components(node.at("coef"), {"a", "b", "c", "d"});
+  const Vector3 normal(coef[0], coef[1], coef[2]);
+  return node.guard(
+      [&] { return std::make_shared<HalfSpace>(normal, -coef[3] / normal.stableNorm()); });
+}
+
 // An array that may be missing.
 std::vector<JsonNode> entries(const JsonNode& node, std::string_view key) {
   const auto found = node.find(key);
@@ -155,18 +166,26 @@ struct PlacedShape {
   RigidPose X_FO;  // in the frame that the object's header names
 };
 
-// One shape keeps its own frame, so that a cylinder stays one.
-PlacedShape read_shapes(const JsonNode& object) {
+// The bounded parts of an object as one shape, and each of its planes. One shape keeps its own
+// frame, so that a cylinder stays one.
+std::vector<PlacedShape> read_shapes(const JsonNode& object) {
   std::vector<CompoundChild> children;
   append_shapes(object, "primitives", "primitive_poses", read_primitive, children);
   append_shapes(object, "meshes", "mesh_poses", read_mesh, children);
-  if (!entries(object, "planes").empty()) {
-    object.at("planes").fail("planes are not read: use a large box");
+  std::vector<CompoundChild> planes;
+  append_shapes(object, "planes", "plane_poses", read_plane, planes);
+  if (children.empty() && planes.empty()) {
+    object.fail("the object has neither primitives nor meshes nor planes");
   }
-  if (children.empty()) object.fail("the object has neither primitives nor meshes");
   const RigidPose X_FO = object.has("pose") ? read_placement(object.at("pose")) : RigidPose();
-  if (children.size() == 1) return {children[0].shape, X_FO * children[0].X_CS};
-  return object.guard([&] { return PlacedShape{std::make_shared<CompoundShape>(children), X_FO}; });
+  if (children.size() > 1) {
+    const auto compound = object.guard([&] { return std::make_shared<CompoundShape>(children); });
+    children = {{compound, RigidPose()}};
+  }
+  children.insert(children.end(), planes.begin(), planes.end());
+  std::vector<PlacedShape> placed;
+  for (const CompoundChild& child : children) placed.push_back({child.shape, X_FO * child.X_CS});
+  return placed;
 }
 
 class PlanningSceneReader {
@@ -178,6 +197,7 @@ class PlanningSceneReader {
  private:
   void read_frames();
   RigidPose frame_of(const JsonNode& object) const;
+  void read_octree(const JsonNode& octomap);
   void read_objects();
   void read_held(const JsonNode& node);
   void read_state(const JsonNode& state);
@@ -219,24 +239,46 @@ RigidPose PlanningSceneReader::frame_of(const JsonNode& object) const {
   return {};
 }
 
+// A map with its origin, or the map alone; without data there is none.
+void PlanningSceneReader::read_octree(const JsonNode& octomap) {
+  const auto inner = octomap.find("octomap");
+  const JsonNode map = inner ? *inner : octomap;
+  const std::vector<JsonNode> data = entries(map, "data");
+  if (data.empty()) return;
+  std::string bytes;
+  bytes.reserve(data.size());
+  for (const JsonNode& item : data) {
+    const Scalar value = item.number();
+    if (!(value >= -128 && value <= 255 && value == std::floor(value))) {
+      item.fail_expected("a byte");
+    }
+    bytes.push_back(static_cast<char>(static_cast<unsigned char>(int(value) & 0xff)));
+  }
+  const io_internal::OctreeFormat format{map.at("id").text(), map.at("binary").boolean(),
+                                         map.at("resolution").positive_number()};
+  PlanningObject object;
+  object.name = "<octomap>";
+  names_.insert(object.name);
+  object.shape = map.guard([&] {
+    return std::make_shared<CompoundShape>(
+        occupancy(io_internal::read_octree_nodes(format, bytes)));
+  });
+  object.X_WO = frame_of(octomap);
+  if (const auto origin = octomap.find("origin"))
+    object.X_WO = object.X_WO * read_placement(*origin);
+  scene_.objects.push_back(std::move(object));
+}
+
 void PlanningSceneReader::read_objects() {
   const auto world = root_.find("world");
   if (!world) return;
-  if (const auto octomap = world->find("octomap")) {
-    const auto inner = octomap->find("octomap");
-    const auto data = (inner ? *inner : *octomap).find("data");
-    if (data && !data->value().is_null() && !data->items().empty()) {
-      data->fail("octrees are not read");
-    }
-  }
+  if (const auto octomap = world->find("octomap")) read_octree(*octomap);
   for (const JsonNode& node : entries(*world, "collision_objects")) {
-    PlanningObject object;
-    object.name = node.at("id").text();
-    if (!names_.insert(object.name).second) node.at("id").fail("a second object has this name");
-    const PlacedShape placed = read_shapes(node);
-    object.shape = placed.shape;
-    object.X_WO = frame_of(node) * placed.X_FO;
-    scene_.objects.push_back(std::move(object));
+    const std::string name = node.at("id").text();
+    if (!names_.insert(name).second) node.at("id").fail("a second object has this name");
+    for (const PlacedShape& placed : read_shapes(node)) {
+      scene_.objects.push_back({name, placed.shape, frame_of(node) * placed.X_FO});
+    }
   }
 }
 
@@ -261,7 +303,8 @@ void PlanningSceneReader::read_held(const JsonNode& node) {
           .fail_expected("the frame of the link that holds it, " + quote(held.link));
     }
   }
-  const PlacedShape placed = read_shapes(object);
+  if (!entries(object, "planes").empty()) object.at("planes").fail("a plane cannot be held");
+  const PlacedShape placed = read_shapes(object).front();
   held.shape = placed.shape;
   held.X_LO = placed.X_FO;
   for (const JsonNode& touch : entries(node, "touch_links")) {

@@ -2,7 +2,9 @@
 #include "io/scene/shape_reader.h"
 
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/io/mesh_file.h"
+#include "dyop/io/octree_file.h"
 #include "geometry/shape_forms.h"
 
 namespace dyop::io_internal {
@@ -35,6 +37,7 @@ ShapeReader::NamedShape read_form(const ShapeForm& form, const JsonNode& node) {
 ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
   std::vector<std::string_view> kinds{"mesh", "hull"};
   for (const ShapeForm& form : geometry_internal::shape_forms()) kinds.push_back(form.name);
+  kinds.insert(kinds.end(), {"octree", "point_cloud"});
   std::vector<std::string_view> keys = kinds;
   keys.insert(keys.end(), {"scale", "center"});
   node.require_object(keys);
@@ -55,6 +58,8 @@ ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
       if (node.has(key)) node.at(key).fail("only a mesh can have this key");
     }
     if (kind == "hull") return read_hull(node.at(kind));
+    if (kind == "octree") return read_octree(node.at(kind));
+    if (kind == "point_cloud") return read_point_cloud(node.at(kind));
     return read_form(*geometry_internal::find_shape_form(kind), node.at(kind));
   });
 }
@@ -63,6 +68,26 @@ ShapeReader::NamedShape ShapeReader::read_mesh(const JsonNode& node, bool is_she
   const auto mesh = std::make_shared<TriangleMesh>(read_placed_mesh(node, is_shell));
   return {mesh, "mesh " + std::filesystem::path(node.at("mesh").text()).filename().string() + ", " +
                     std::to_string(mesh->triangles().size()) + " triangles"};
+}
+
+ShapeReader::NamedShape ShapeReader::read_octree(const JsonNode& node) {
+  const std::filesystem::path file = find(node, "octree");
+  try {
+    const std::vector<OccupiedCube> cubes = load_octree(file);
+    return {std::make_shared<CompoundShape>(occupancy(cubes)),
+            "octree " + file.filename().string() + ", " + std::to_string(cubes.size()) + " cubes"};
+  } catch (const FileError& error) {
+    node.fail(error.what());
+  }
+}
+
+ShapeReader::NamedShape ShapeReader::read_point_cloud(const JsonNode& node) {
+  node.require_object({"points", "radius"});
+  std::vector<Vector3> points;
+  for (const JsonNode& point : node.at("points").items(1)) points.push_back(point.vector3());
+  const Scalar radius = node.at("radius").positive_number();
+  return {std::make_shared<CompoundShape>(point_cloud(points, radius)),
+          "point cloud, " + std::to_string(points.size()) + " points"};
 }
 
 ShapeReader::NamedShape ShapeReader::read_hull(const JsonNode& node) {
@@ -96,7 +121,7 @@ TriangleMesh ShapeReader::read_placed_mesh(const JsonNode& node, bool is_shell) 
 }
 
 const TriangleMesh& ShapeReader::load(const JsonNode& node) {
-  const std::filesystem::path file = find(node);
+  const std::filesystem::path file = find(node, "mesh");
   const auto found = loaded_.find(file);
   if (found != loaded_.end()) return found->second;
   try {
@@ -106,7 +131,7 @@ const TriangleMesh& ShapeReader::load(const JsonNode& node) {
   }
 }
 
-std::filesystem::path ShapeReader::find(const JsonNode& node) const {
+std::filesystem::path ShapeReader::find(const JsonNode& node, const std::string& kind) const {
   const std::filesystem::path wanted = node.text();
   std::string places;
   for (const std::filesystem::path& directory : directories_) {
@@ -118,7 +143,7 @@ std::filesystem::path ShapeReader::find(const JsonNode& node) const {
         candidate.parent_path().empty() ? "." : candidate.parent_path().string();
     if (places.find(place) == std::string::npos) places += (places.empty() ? "" : ", ") + place;
   }
-  node.fail("no mesh file " + wanted.filename().string() + " in " + places);
+  node.fail("no " + kind + " file " + wanted.filename().string() + " in " + places);
 }
 
 }  // namespace dyop::io_internal

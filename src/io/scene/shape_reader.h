@@ -33,8 +33,10 @@ class DYOP_EXPORT ShapeReader {
  private:
   NamedShape read_mesh(const JsonNode& node, bool is_shell);
   NamedShape read_hull(const JsonNode& node);
+  NamedShape read_octree(const JsonNode& node);
+  NamedShape read_point_cloud(const JsonNode& node);
   TriangleMesh read_placed_mesh(const JsonNode& node, bool is_shell);
-  std::filesystem::path find(const JsonNode& node) const;
+  std::filesystem::path find(const JsonNode& node, const std::string& kind) const;
 
   std::vector<std::filesystem::path> directories_;
   std::map<std::filesystem::path, TriangleMesh> loaded_;

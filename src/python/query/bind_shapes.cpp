@@ -15,12 +15,15 @@
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
+#include "dyop/geometry/height_field.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/rounded_box.h"
 #include "dyop/geometry/rounded_cylinder.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/mesh_file.h"
+#include "dyop/io/octree_file.h"
 #include "python/bindings.h"
 #include "python/glue/record.h"
 
@@ -380,6 +383,40 @@ void bind_compound(py::module_& m) {
       });
 }
 
+void bind_occupancy(py::module_& m) {
+  m.def(
+      "point_cloud",
+      [](py::handle points, Scalar radius) {
+        const auto rows = points_of(points, "points", CopyRule::IfNeeded);
+        const py::gil_scoped_release unlocked;
+        return std::make_shared<CompoundShape>(point_cloud(rows, radius));
+      },
+      py::arg("points"), py::arg("radius"),
+      "All points within a radius > 0 of measured ones (N, 3): a compound of balls.");
+  m.def(
+      "occupancy",
+      [](py::handle centers, const std::vector<Scalar>& sizes) {
+        const auto rows = points_of(centers, "centers", CopyRule::IfNeeded);
+        DYOP_REQUIRE(rows.size() == sizes.size(), "occupancy: ", rows.size(), " centers and ",
+                     sizes.size(), " sizes");
+        std::vector<OccupiedCube> cubes;
+        for (std::size_t k = 0; k < rows.size(); ++k) cubes.push_back({rows[k], sizes[k]});
+        const py::gil_scoped_release unlocked;
+        return std::make_shared<CompoundShape>(occupancy(cubes));
+      },
+      py::arg("centers"), py::arg("sizes"),
+      "Cubes along the axes as a compound of boxes: centers (N, 3) and lengths of edges (N,).");
+  m.def(
+      "load_octree",
+      [](const py::object& file) {
+        const auto path = path_of(file);
+        const py::gil_scoped_release unlocked;
+        return std::make_shared<CompoundShape>(occupancy(load_octree(path)));
+      },
+      py::arg("file"),
+      "The occupied leaves of an OctoMap file (.bt or .ot) as a compound of boxes.");
+}
+
 }  // namespace
 
 void bind_shapes(py::module_& m) {
@@ -390,6 +427,7 @@ void bind_shapes(py::module_& m) {
   bind_half_space(m);
   bind_hull(m);
   bind_compound(m);
+  bind_occupancy(m);
 }
 
 namespace {
@@ -523,6 +561,38 @@ void bind_triangle_mesh(py::module_& m) {
       py::arg("mesh"), py::arg("p_B"), "Whether the closed mesh winds around the point (3,).");
 }
 
+using Pair = std::pair<Scalar, Scalar>;
+
+SharedMesh make_height_field(py::handle source, const Pair& spacing, const Pair& origin,
+                             std::optional<Scalar> base) {
+  using Array = py::array_t<Scalar, py::array::c_style | py::array::forcecast>;
+  const Array heights = Array::ensure(source);
+  DYOP_REQUIRE(heights, "heights must be an array of numbers");
+  DYOP_REQUIRE(heights.ndim() == 2, "heights must be an array (rows, columns), not one of ",
+               heights.ndim(), " dimensions");
+  HeightGrid grid;
+  grid.rows = std::size_t(heights.shape(0));
+  grid.columns = std::size_t(heights.shape(1));
+  grid.heights.assign(heights.data(), heights.data() + heights.size());
+  grid.x = origin.first;
+  grid.y = origin.second;
+  grid.spacing_x = spacing.first;
+  grid.spacing_y = spacing.second;
+  grid.base = base;
+  const py::gil_scoped_release unlocked;
+  return std::make_shared<TriangleMesh>(height_field(grid));
+}
+
+void bind_height_field(py::module_& m) {
+  m.def(
+      "height_field", &make_height_field, py::arg("heights"), py::arg("spacing") = Pair{1, 1},
+      py::kw_only(), py::arg("origin") = Pair{0, 0}, py::arg("base") = py::none(),
+      "Ground as a closed mesh. heights (R, C), lengths along z: rows go along y, columns along "
+      "x.\n"
+      "spacing: (x, y) lengths > 0; origin: (x, y) of heights[0, 0]; base: height of the bottom,\n"
+      "below all others.");
+}
+
 void bind_mesh_files(py::module_& m) {
   py::enum_<MeshCenter>(m, "MeshCenter", "Where the origin of a mesh is placed.")
       .value("None_", MeshCenter::None, "Left as it is.")
@@ -537,7 +607,8 @@ void bind_mesh_files(py::module_& m) {
       },
       py::arg("file"), py::kw_only(),
       py::arg("most_unpacked_bytes") = MeshFileLimits().most_unpacked_bytes,
-      "All surfaces of an OBJ, OFF, PLY or STL file (and .gz) as one mesh.");
+      "All surfaces of an OBJ, OFF, PLY or STL file, or a grid of heights (.asc), as one mesh; "
+      "also .gz.");
   m.def(
       "place_mesh",
       [](const TriangleMesh& mesh, Scalar scale, MeshCenter center, bool is_shell) {
@@ -571,6 +642,7 @@ void accept_meshes_of_others() {
 
 void bind_meshes(py::module_& m) {
   bind_triangle_mesh(m);
+  bind_height_field(m);
   bind_mesh_files(m);
   accept_meshes_of_others();
 }

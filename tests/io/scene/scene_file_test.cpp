@@ -7,6 +7,7 @@
 
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/io/file_error.h"
@@ -319,6 +320,31 @@ TEST_F(SceneFile, ReadsAKinematicBody) {
   EXPECT_NE(message_of_text(json.dump()).find(": bodies[1].motion: "), std::string::npos);
 }
 
+TEST_F(SceneFile, ReadsOctreesAndPointClouds) {
+  // Two bits a child: the root's child 7, above zero along all axes, is occupied.
+  const std::string octree = std::string("# Octomap OcTree binary file\nid OcTree\nsize 2\n") +
+                             "res 0.5\ndata\n" + std::string("\0\x80", 2);
+  directory_.write("map.bt", octree);
+  Json json = valid();
+  json["bodies"][1]["shape"] = {{"octree", "map.bt"}};
+  const Scene scene = load(json.dump());
+  EXPECT_EQ(scene.shape_names[1], "octree map.bt, 1 cubes");
+  EXPECT_NEAR(scene.bodies[1].shape->bounding_box().max().x(), 0.5 * 32768, 1e-9);
+  json["bodies"][1]["shape"] = {{"octree", "none.bt"}};
+  EXPECT_NE(message_of_text(json.dump()).find("shape.octree: no octree file none.bt in "),
+            std::string::npos);
+  json["bodies"][1]["shape"] = {{"octree", "cube.obj"}};
+  EXPECT_NE(message_of_text(json.dump()).find("shape.octree: "), std::string::npos);
+  json["bodies"][1]["shape"] =
+      Json::parse(R"({"point_cloud": {"points": [[0, 0, 0], [1, 2, 3]], "radius": 0.25}})");
+  const auto cloud = load(json.dump()).bodies[1].shape;
+  EXPECT_EQ(dynamic_cast<const CompoundShape&>(*cloud).children().size(), 2u);
+  EXPECT_NEAR(cloud->bounding_box().max().z(), 3.25, 1e-12);
+  EXPECT_NE(message_of("/bodies/1/shape", Json::parse(R"({"point_cloud": {"points": []}})"))
+                .find("bodies[1].shape.point_cloud.points: "),
+            std::string::npos);
+}
+
 TEST_F(SceneFile, LooksForMeshesInTheGivenDirectories) {
   const testing::TemporaryDirectory other;
   other.write("far.obj", testing::cube_obj());
@@ -386,11 +412,13 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
   EXPECT_EQ(
       message_of("/bodies/0/shape/box", Json::object()),
       ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
-      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, found 2");
+      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, "
+      "octree, point_cloud, found 2");
   EXPECT_EQ(
       message_of("/bodies/0/shape", Json::object()),
       ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
-      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, found 0");
+      "cone, ellipsoid, rounded_box, rounded_cylinder, tapered_capsule, half_space, "
+      "octree, point_cloud, found 0");
 }
 
 TEST_F(SceneFile, NamesReferencesToBodiesThatAreWrong) {
