@@ -14,12 +14,13 @@
 #include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/ray_cast.h"
+#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
@@ -34,19 +35,24 @@ using WideMatrix = Eigen::Matrix<Wide, 3, 3>;
 struct Body {
   std::shared_ptr<const Shape> shape;
   std::vector<Vector3> vertices;
-  Scalar radius = 0;
+  std::vector<Scalar> radii;  // of balls about the vertices, if not zero
 };
 
 std::vector<Body> bodies() {
   const Vector3 half(1, 0.5, 0.2);
   const MeshArrays box = box_mesh(half);
-  std::vector<Body> result{{std::make_shared<Box>(half), box.vertices},
-                           {std::make_shared<RoundedBox>(half, 0.1), box.vertices, 0.1}};
+  const std::vector<Scalar> radii(box.vertices.size(), 0.1);
+  const std::vector<Vector3> ends{Vector3(0, 0, -0.6), Vector3(0, 0, 0.6)};
+  std::vector<Body> result{{std::make_shared<Box>(half), box.vertices, {}},
+                           {std::make_shared<RoundedBox>(half, 0.1), box.vertices, radii},
+                           {std::make_shared<ConvexHull>(box.vertices, 0.1), box.vertices, radii},
+                           {std::make_shared<TaperedCapsule>(0.4, 0.01, 0.6), ends, {0.4, 0.01}},
+                           {std::make_shared<Capsule>(0.3, 0.6), ends, {0.3, 0.3}}};
   for (const MeshArrays& mesh :
        {gear(9, 0.8, 1, 0.3), plate_grid(1, 1, 4, 4), needle(1, 4), point_cloud(30, 1)}) {
     result.push_back(
-        {std::make_shared<TriangleMesh>(mesh.vertices, mesh.triangles), mesh.vertices});
-    result.push_back({std::make_shared<ConvexHull>(mesh.vertices), mesh.vertices});
+        {std::make_shared<TriangleMesh>(mesh.vertices, mesh.triangles), mesh.vertices, {}});
+    result.push_back({std::make_shared<ConvexHull>(mesh.vertices), mesh.vertices, {}});
   }
   return result;
 }
@@ -58,16 +64,18 @@ struct Case {
   RigidPose X_WB;
   const Body* body;
 
-  Wide height(const RigidPose& X_WC) const {
-    const WideMatrix R = X_WA.rotation().cast<Wide>();
+  Wide height(const RigidPose& X_WC) const { return height(X_WA, X_WC); }
+
+  Wide height(const RigidPose& X_WP, const RigidPose& X_WC) const {
+    const WideMatrix R = X_WP.rotation().cast<Wide>();
     const WideVector n = R * plane.normal().cast<Wide>();
     Wide least = kInfinity;
-    for (const Vector3& v : body->vertices) {
-      const WideVector p = X_WC.rotation().cast<Wide>() * v.cast<Wide>() +
-                           X_WC.translation().cast<Wide>() - X_WA.translation().cast<Wide>();
-      least = std::min(least, n.dot(p));
+    for (std::size_t k = 0; k < body->vertices.size(); ++k) {
+      const WideVector p = X_WC.rotation().cast<Wide>() * body->vertices[k].cast<Wide>() +
+                           X_WC.translation().cast<Wide>() - X_WP.translation().cast<Wide>();
+      least = std::min(least, n.dot(p) - Wide(body->radii.empty() ? 0 : body->radii[k]));
     }
-    return least - Wide(plane.offset()) - Wide(body->radius);
+    return least - Wide(plane.offset());
   }
 };
 
@@ -140,15 +148,17 @@ class Soak {
     Case c = any_case(all_, random_);
     Twist twist = random_twist(3, 6, random_);
     const ConstantTwistMotion moving(c.X_WB, twist);
-    const RestMotion rest(c.X_WA);
+    // A plane that rests, or moves and turns: its far parts then move as fast as they like.
+    const bool is_turning = random_index(3, random_) == 0;
+    const ConstantTwistMotion base(c.X_WA, is_turning ? random_twist(3, 6, random_) : Twist());
     ToiOptions options;
     options.target_distance = random_index(2, random_) == 0 ? 0 : 1e-3;
     options.distance_tolerance = 1e-6;
     const TimeInterval interval{0, 2};
     const bool is_first = random_index(2, random_) == 0;
     const ToiResult found =
-        is_first ? time_of_impact(c.plane, rest, *c.body->shape, moving, interval, options)
-                 : time_of_impact(*c.body->shape, moving, c.plane, rest, interval, options);
+        is_first ? time_of_impact(c.plane, base, *c.body->shape, moving, interval, options)
+                 : time_of_impact(*c.body->shape, moving, c.plane, base, interval, options);
     const Wide noise = 10 * Wide(found.rounding_allowance) + noise_of(c);
     const Wide least = std::min(Wide(options.target_distance), c.height(c.X_WB)) - noise;
     const bool is_far = noise > Wide(1e-7);
@@ -160,11 +170,11 @@ class Soak {
     }
     for (int k = 0; k < 20; ++k) {
       const Scalar t = found.t_safe * (k == 0 ? 1 : random_number(0, 1, random_));
-      expect(c.height(moving.pose(t)) >= least, "a motion is not as free as proven");
+      expect(c.height(base.pose(t), moving.pose(t)) >= least, "a motion is not as free as proven");
     }
     if (found.status != ToiStatus::Impact) return;
     ++impacts_;
-    expect(c.height(moving.pose(found.t_safe)) <=
+    expect(c.height(base.pose(found.t_safe), moving.pose(found.t_safe)) <=
                Wide(options.target_distance) + Wide(1.01e-6) + noise,
            "an impact is too far away");
   }
