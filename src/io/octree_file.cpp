@@ -10,13 +10,10 @@
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "io/file_bytes.h"
-#include "io/octree_reader.h"
 #include "io/text_scanner.h"
 
 namespace dyop {
 namespace {
-
-using io_internal::OctreeFormat;
 
 constexpr int kDepth = 16;  // of every tree of OctoMap
 constexpr std::size_t kMostLeaves = std::size_t{1} << 24;
@@ -135,13 +132,12 @@ OctreeFormat read_header(const std::filesystem::path& file, std::string_view& by
 
 }  // namespace
 
-std::vector<OccupiedCube> io_internal::read_octree_nodes(const OctreeFormat& format,
-                                                         std::string_view bytes) {
+std::vector<OccupiedCube> read_octree(const OctreeFormat& format, std::string_view nodes) {
   DYOP_REQUIRE(format.id == "OcTree" || format.id == "ColorOcTree",
                "an OcTree or ColorOcTree is wanted, not ", io_internal::quote(format.id));
   DYOP_REQUIRE(format.resolution > 0 && std::isfinite(format.resolution),
                "the resolution of an octree must be > 0, not ", format.resolution);
-  return NodeReader(format, bytes).read();
+  return NodeReader(format, nodes).read();
 }
 
 std::vector<OccupiedCube> load_octree(const std::filesystem::path& file) {
@@ -149,7 +145,7 @@ std::vector<OccupiedCube> load_octree(const std::filesystem::path& file) {
   std::string_view rest = bytes;
   const OctreeFormat format = read_header(file, rest);
   try {
-    return io_internal::read_octree_nodes(format, rest);
+    return read_octree(format, rest);
   } catch (const InvalidArgument& error) {
     throw FileError(file, error.what());
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// half_space_soak COUNT SEED: random and degenerate queries of half-spaces, near and up to a million
-// sizes from the origin, against vertices in extended precision: bounds of distances, rays, and what
-// a time of impact promises at random times. Prints what is wrong; exit code 1 if anything is.
+// half_space_soak COUNT SEED: random and degenerate queries of half-spaces, near and up to a
+// million sizes from the origin, against vertices in extended precision: bounds of distances, rays,
+// and what a time of impact promises at random times. Prints what is wrong; exit code 1 if anything
+// is.
 
 #include <algorithm>
 #include <cstdio>

@@ -37,9 +37,9 @@ namespace {
 using Real = long double;
 using RealVector = Eigen::Matrix<Real, 3, 1>;
 
-// A ball about the points center + x[0] axes[0] + x[1] axes[1] + x[2] axes[2], |x[k]| <= 1, in world:
-// an inflated point, segment, box, or cylinder, where x[0]^2 + x[1]^2 <= 1 too. The ball's radius is
-// radius + x[2] taper.
+// Balls about the points center + x[0] axes[0] + x[1] axes[1] + x[2] axes[2], |x[k]| <= 1, in world:
+// an inflated point, segment or box, or a cylinder, where x[0]^2 + x[1]^2 <= 1 too. Each ball has
+// the radius radius + x[2] taper.
 struct Body {
   RealVector center;
   std::array<RealVector, 3> axes;

@@ -69,7 +69,8 @@ struct Block {
   LocalContact local;  // of W, for a contact
 };
 
-// The laws of LocalContact for two components that are bounded by |lambda| <= radius and oppose u = W lambda + q.
+// The laws of LocalContact for two components that are bounded by |lambda| <= radius and oppose
+// u = W lambda + q.
 Vector2 solve_disc(const Eigen::Matrix2d& W, const Vector2& q, Scalar radius, Scalar& slip);
 
 // Length of the tangential part. Loads one number at a time: processors wait for a pair that was

@@ -15,8 +15,8 @@
 #include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/octree_file.h"
 #include "io/file_bytes.h"
-#include "io/octree_reader.h"
 #include "io/robot/resting.h"
 #include "io/text_scanner.h"
 #include "io/yaml_reader.h"
@@ -254,15 +254,13 @@ void PlanningSceneReader::read_octree(const JsonNode& octomap) {
     }
     bytes.push_back(static_cast<char>(static_cast<unsigned char>(int(value) & 0xff)));
   }
-  const io_internal::OctreeFormat format{map.at("id").text(), map.at("binary").boolean(),
-                                         map.at("resolution").positive_number()};
+  const OctreeFormat format{map.at("id").text(), map.at("binary").boolean(),
+                            map.at("resolution").positive_number()};
   PlanningObject object;
   object.name = "<octomap>";
   names_.insert(object.name);
-  object.shape = map.guard([&] {
-    return std::make_shared<CompoundShape>(
-        occupancy(io_internal::read_octree_nodes(format, bytes)));
-  });
+  object.shape = map.guard(
+      [&] { return std::make_shared<CompoundShape>(occupancy(dyop::read_octree(format, bytes))); });
   object.X_WO = frame_of(octomap);
   if (const auto origin = octomap.find("origin"))
     object.X_WO = object.X_WO * read_placement(*origin);
