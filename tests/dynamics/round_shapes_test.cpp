@@ -302,6 +302,40 @@ TEST(RoundShapes, CapsuleLiesOnAColumn) {
               {ground(column, {0, 0, 0.5}, 0.8), body_at(capsule, kLying, {0, 0, z}, 0.8)});
 }
 
+// A ball that spins on its point, which friction of points does not stop, among others that lie: its
+// speed must not cost the others their exactness.
+TEST(RoundShapes, BallsLieStillBesideOneThatSpins) {
+  constexpr int kSide = 5;
+  constexpr Scalar kRadius = 0.5;
+  constexpr Scalar kStep = 0.01;
+  const Scalar gap = rest_gap(kRadius);
+  const Scalar spin = 40 * gap / (kRadius * kStep);
+  World world(leaning(0));
+  world.add_body(box_ground(0.5));
+  std::vector<std::pair<BodyId, Vector3>> balls;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const Vector3 p((2 * kRadius + gap) * (i % kSide), (2 * kRadius + gap) * (i / kSide),
+                    kRadius + gap);
+    const bool spins = i == kSide * kSide / 2;
+    BodyDefinition ball = dynamic_body("ball", std::make_shared<Sphere>(kRadius), p,
+                                       Vector3::Zero(), Vector3(0, 0, spins ? spin : 0));
+    ball.friction = 0.5;
+    ball.restitution = 0;
+    balls.emplace_back(world.add_body(ball), p);
+  }
+  constexpr int kSteps = 50;
+  for (int k = 0; k < kSteps; ++k) {
+    const AdvanceReport report = world.advance(kStep);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    EXPECT_EQ(report.work.unconverged, 0);
+    EXPECT_EQ(report.work.islands, 1);
+  }
+  for (const auto& [id, p] : balls) {
+    EXPECT_LE((world.state(id).X_WB.translation() - p).norm(), 0.01 * kSteps * gap);
+  }
+  EXPECT_NEAR(world.state(balls[kSide * kSide / 2].first).twist.w_WB.z(), spin, 1e-3 * spin);
+}
+
 TEST(RoundShapes, AreTheSameForAnyNumberOfThreads) {
   const auto end = [](int threads) {
     WorldOptions options = leaning(0.1);

@@ -283,6 +283,14 @@ std::optional<std::size_t> member_of(const std::vector<std::uint32_t>& bodies, s
   return static_cast<std::size_t>(found - bodies.begin());
 }
 
+bool is_sphere(const BodyRecord& body) {
+  return dynamic_cast<const Sphere*>(body.definition.shape.get()) != nullptr;
+}
+
+bool is_convex(const BodyRecord& body) {
+  return body.definition.shape->kind() == ShapeKind::Convex;
+}
+
 IslandRun::Member member_of_body(const StepContext& context, const BodyRecord& body) {
   IslandRun::Member member{&body, body.state, body.flight, context.gravity_W, 0};
   if (!body.definition.wrench) return member;
@@ -332,6 +340,8 @@ IslandRun::IslandRun(const StepContext& context, const Island& island, StepWorks
     pair.acceleration = pressing_acceleration(pair.member_a ? &members_[*pair.member_a] : nullptr,
                                               pair.member_b ? &members_[*pair.member_b] : nullptr,
                                               context.gravity_W);
+    pair.has_ball =
+        is_convex(*pair.a) && is_convex(*pair.b) && (is_sphere(*pair.a) || is_sphere(*pair.b));
     pair.most_reach = most_reach(pair);
     state->start_from_committed();
     pairs_.push_back(std::move(pair));
@@ -704,14 +714,7 @@ Scalar IslandRun::expected_approach(const RunPair& pair, Scalar travel) const {
 
 // How far the contacts of a pair are sought at most.
 Scalar IslandRun::most_reach(const RunPair& pair) const {
-  const auto is_sphere = [](const BodyRecord& body) {
-    return dynamic_cast<const Sphere*>(body.definition.shape.get()) != nullptr;
-  };
-  const auto is_convex = [](const BodyRecord& body) {
-    return body.definition.shape->kind() == ShapeKind::Convex;
-  };
-  const bool reaches_far = members_.size() > kCrowdBodies && is_convex(*pair.a) &&
-                           is_convex(*pair.b) && (is_sphere(*pair.a) || is_sphere(*pair.b));
+  const bool reaches_far = members_.size() > kCrowdBodies && pair.has_ball;
   return pair.state->lengths.radius *
          (reaches_far ? kSphereReachRadiusFraction : kContactReachRadiusFraction);
 }

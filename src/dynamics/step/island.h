@@ -178,6 +178,7 @@ class IslandRun {
     Scalar restitution = 0;
     Scalar acceleration = 0;               // by which forces may press them together, at most
     Scalar most_reach = 0;                 // how far its contacts are sought at most
+    bool has_ball = false;                 // one of two convex shapes is a sphere
     bool is_near = false;                  // contacts of `state` are those at now()
     std::shared_ptr<const ToiResult> hit;  // that ended the substep at now(); or null
     int missed_landings = 0;  // substeps that ended at such a hit, but did not get there

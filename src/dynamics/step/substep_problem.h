@@ -152,6 +152,7 @@ class SubstepProblem {
   void add_from_below(std::vector<Place> places);
   SubstepContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
+  bool is_of_balls() const;
   bool is_large_and_moves() const;
   bool may_sleep() const;
   // Returns by how much the velocity that counts as sticking changes.
@@ -177,6 +178,7 @@ class SubstepProblem {
   std::vector<Vector3> centers_;                                 // by body of the problem
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
   std::size_t first_contacts_ = 0;                               // without those from hits
+  std::size_t ball_contacts_ = 0;                                // of pairs with a ball
   Scalar rest_offset_ = kInfinity;
   Scalar start_speed_ = 0;  // of the fastest member, turning included
   Scalar slack_ = 0;        // of ends: a smaller change is within what the last solve left; length
