@@ -23,8 +23,9 @@ constexpr std::size_t kLargeContacts = 300;
 constexpr Scalar kLargeSpeedTolerance = 1e-2;
 constexpr int kLargePatience = 30;
 // Balls roll and spin for long beside others that lie. An island of more than kCrowdBodies, most of
-// whose contacts are those of balls, counts as large, but is solved to so many rest offsets per
-// substep at least, however fast its fastest body is: else the others creep. Found by measurement.
+// whose contacts are those of balls, counts as large with fewer contacts, too, but is then solved to
+// so many rest offsets per substep at least, however fast its fastest body is: else the others
+// creep. Found by measurement.
 constexpr Scalar kBallTolerance = 0.01;
 // A large one in which something moves by so many rest offsets per step is solved coarsely if it
 // has more contacts per body than this, that is, one and a half times as many impulses as
@@ -265,7 +266,8 @@ Scalar SubstepProblem::tolerance(Scalar tau) const {
     // In a substep, in rest offsets.
     const Scalar travel = may_sleep() ? Scalar{1} : fastest * tau / rest_offset_;
     const Scalar loose =
-        (is_of_balls() ? kBallTolerance : kContactLooseTolerance) * rest_offset_ / tau;
+        (contacts_.size() > kLargeContacts ? kContactLooseTolerance : kBallTolerance) *
+        rest_offset_ / tau;
     return std::max(usual,
                     std::min(kLargeSpeedTolerance * std::min(travel, Scalar{1}) * fastest, loose));
   }
