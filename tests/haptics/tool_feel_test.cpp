@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "dyop/geometry/box.h"
@@ -148,6 +149,53 @@ TEST(ToolFeel, ClosedStrokesReturnNoEnergy) {
     EXPECT_LE(session.last().energy_returned, 0) << stroke;
   }
   EXPECT_LT(least_depth, -1);
+}
+
+// Presses into an organ, rubs and tilts there, then comes back at 200 mm/s or at once.
+// @return Ticks in which the tool was not where the device was, though the device was outside.
+int ticks_held_outside(HapticScene scene, const Vector3& away_W, bool at_once) {
+  constexpr Scalar kOutside = 11, kDepth = 3;  // from the organ's middle; below its surface, mm
+  const HapticOptions options = haptic_options();
+  const Vector3 aside_W = away_W.unitOrthogonal();
+  scene.X_WT = RigidPose(kOutside * away_W);
+  HapticSession session(scene, options);
+  const Scalar most_forward = kOutside - 5 + kDepth;
+  int held = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Scalar back = at_once ? most_forward : 0.2 * Scalar(k - 400);
+    const Scalar forward =
+        k < 400 ? most_forward * std::min(1.0, k / 200.0) : std::max(0.0, most_forward - back);
+    const Scalar rub = std::clamp((k - 200) / 100.0, 0.0, 1.0);
+    const Vector3 p_WD = (kOutside - forward) * away_W + 2 * rub * aside_W;
+    const Matrix3 R_WD = rotation_from_vector(Vector3(0.3 * rub * away_W));
+    const HapticTick& tick = session.update(DevicePose(RigidPose(R_WD, p_WD)), kMillisecond);
+    EXPECT_GT(tick.clearances[0].lower, 0);
+    const bool is_away = (tick.tool.X_WT.translation() - p_WD).norm() > 1e-3;
+    if (k >= 400 && forward < 0.3) held += is_away;
+    EXPECT_TRUE(is_away || k != 399);
+  }
+  EXPECT_EQ(session.last().status, HapticStatus::Free);
+  EXPECT_EQ(session.last().wrench.force_W.norm(), 0);
+  return held;
+}
+
+TEST(ToolFeel, LetsGoWithinTenTicksOnceTheWayBackIsFree) {
+  const auto organ = testing::icosphere(4, 5);
+  for (const bool is_rigid : {true, false}) {
+    for (const bool is_ball : {true, false}) {
+      HapticScene scene = ball_tool(2, Vector3::Zero());
+      if (!is_ball) scene.tool[0].shape = shared_mesh(testing::box_mesh({3, 0.5, 0.5}));
+      scene.obstacles.push_back(is_rigid ? rigid_tissue(shared_mesh(organ), RigidPose(), 0.6)
+                                         : testing::deforming_tissue(organ, 0.6));
+      for (const Vector3& away :
+           {Vector3(0, 0, 1), Vector3(0.6, 0, 0.8), Vector3(Vector3(-1, 2, 2) / 3)}) {
+        for (const bool at_once : {true, false}) {
+          EXPECT_LE(ticks_held_outside(scene, away, at_once), 10)
+              << is_rigid << is_ball << at_once << ' ' << away.transpose();
+        }
+      }
+    }
+  }
 }
 
 }  // namespace
