@@ -14,8 +14,8 @@ std::string reason_to_skip_browser();
 void expect_script_passes(const std::string& name, const std::string& script,
                           const std::vector<std::string>& arguments);
 
-/// Opens a page in Firefox on a virtual screen and plays it (open_firefox.mjs). Skips the test where
-/// Firefox is missing, does not start or has no WebGL 2.
+/// Opens a page in Firefox on a virtual screen and plays it (open_firefox.mjs). Skips the test
+/// where Firefox is missing, does not start or has no WebGL 2.
 void expect_plays_in_firefox(const std::string& name, const std::string& html);
 
 /// Runs check_page.mjs on a page and the facts of its run. Page and screenshots stay in the build

@@ -18,8 +18,8 @@ struct OctreeFormat {
   Scalar resolution = 0;  ///< size of the smallest leaves, > 0
 };
 
-/// The occupied leaves of nodes in such a format, for occupancy(); for a message, its data. Of nodes
-/// with values leaves are occupied from log-odds 0 on, a probability of one half.
+/// The occupied leaves of an octree, for occupancy(), from its nodes: the data of a message. Where
+/// nodes have values, leaves are occupied from log-odds 0 on, a probability of one half.
 /// @throws InvalidArgument if they are truncated or not understood, or there is no occupied leaf or
 ///         more than 2^24.
 std::vector<OccupiedCube> read_octree(const OctreeFormat& format, std::string_view nodes);
