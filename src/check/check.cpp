@@ -4,9 +4,8 @@
 #include <ostream>
 
 #include "check/enclosure.h"
-#include "check/json.h"
-#include "check/laws.h"
-#include "check/prover.h"
+#include "check/laws/laws.h"
+#include "check/trusted/prover.h"
 
 namespace dyop_check {
 namespace {
@@ -46,8 +45,13 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
   out.precision(10);
   out << "geometry   ";
   if (verdict.is_proven()) {
-    out << "proven: every pair keeps its target distance from t = " << recording.begin << " to "
-        << recording.end << '\n';
+    out << "proven: every pair " << (verdict.uncertified > 0 ? "but those below " : "")
+        << "keeps its target distance from t = " << recording.begin << " to " << recording.end
+        << '\n';
+    if (verdict.intervals > 0) {
+      out << "  distances asked of near pairs: " << verdict.least_target << " to "
+          << verdict.largest_target << '\n';
+    }
   } else if (verdict.refuted_count + verdict.jump_count > 0) {
     out << "REFUTED\n";
   } else {
@@ -64,7 +68,10 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
     out << "  not proven for " << recording.uncertified.size()
         << " pairs that the run itself calls uncertified (they began too near, or crossed)\n";
   }
-  if (!recording.has_rules)
+  std::size_t placed = 0;
+  for (const RecordedBody& body : recording.bodies) placed += body.placed.size();
+  if (placed > 0) out << "  " << placed << " times the caller put a body elsewhere\n";
+  if (recording.rules.front().line.kind == Json::Kind::Null)
     out << "  the file has no rules: all pairs count, at default distances unless it says others\n";
   if (!recording.is_complete) out << "  the run has no end: it goes on, or was killed\n";
   out << "work       " << verdict.pairs << " pairs of bodies, " << recording.steps.size()
@@ -117,23 +124,25 @@ void print_contacts(std::ostream& out, const Recording& recording, const Contact
 
 int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors) {
   try {
-    const Recording recording = read_recording(file);
+    const Hdf5Reader reader(file);
+    const Recording recording = read_recording(reader);
     CheckOptions options;
     options.scale = scale;
     const int code = print_verdict(out, recording, check_geometry(recording, options));
-    if (recording.changes.empty()) {
+    const LawData data = read_law_data(reader, recording);
+    if (data.changes.empty()) {
       out << "flight, contact: not checked, the file has no impulses\n";
       return code;
     }
-    const FlightLaw flights = check_flights(recording);
+    const FlightLaw flights = check_flights(recording, data);
     print_flights(out, recording, flights);
-    const ContactLaw contacts = check_contacts(recording);
+    const ContactLaw contacts = check_contacts(recording, data);
     print_contacts(out, recording, contacts);
     return flights.holds() && contacts.holds() ? code : 1;
   } catch (const BadFile& error) {
-    errors << "dyop-check: error: " << file << ": " << error.what() << '\n';
+    errors << "dyop-check: error: " << printable(file) << ": " << printable(error.what()) << '\n';
   } catch (const std::exception& error) {
-    errors << "dyop-check: error: " << file << ": damaged (" << error.what() << ")\n";
+    errors << "dyop-check: error: " << printable(file) << ": damaged (" << error.what() << ")\n";
   }
   return 2;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/direction.h"
 
+#include <array>
+
 namespace dyop_check {
 namespace {
 
@@ -26,7 +28,17 @@ Candidate nearest_on_face(const Vec& a, const Vec& b, const Vec& c) {
   return {a + v * e + w * f, v >= 0 && w >= 0 && v + w <= 1};
 }
 
-}  // namespace
+// Up to four points of the set of differences of two convex sets.
+struct Simplex {
+  std::array<Vec, 4> points;
+  std::size_t count = 0;
+
+  // The point of the hull that is nearest to the origin; keeps the points that span it. False if
+  // none was found, or the origin may be inside.
+  bool reduce(Vec& nearest);
+  // Whether four points hold the origin: then the sets have a point in common.
+  bool holds_origin() const;
+};
 
 bool Simplex::holds_origin() const {
   if (count < 4) return false;
@@ -64,6 +76,53 @@ bool Simplex::reduce(Vec& nearest) {
   points = spanning;
   count = kept_count;
   return best >= 0 && count < 4;
+}
+
+// The point of a node that is farthest along d.
+Vec support_point(const PosedNode& at, const Vec& d) {
+  const Node& node = *at.node;
+  const Vec in = transposed(at.X->R, d);
+  if (node.is_leaf()) {
+    const Piece& piece = at.body->pieces[std::size_t(node.piece)];
+    return *at.X * (piece.core_support(in) +
+                    (piece.radius / std::max(norm(in), std::numeric_limits<double>::min())) * in);
+  }
+  return *at.X *
+         (node.center + Vec{std::copysign(node.half.x, in.x), std::copysign(node.half.y, in.y),
+                            std::copysign(node.half.z, in.z)});
+}
+
+Nearest gjk(const PosedNode& a, const PosedNode& b, const Vec& guess) {
+  constexpr int kMostIterations = 60;
+  constexpr double kClose = 1e-13;  // literal: relative, of the squared distance
+  const auto difference = [&](const Vec& d) {
+    return support_point(b, d) - support_point(a, -1.0 * d);
+  };
+  Vec v = difference(-1.0 * guess);
+  Simplex simplex;
+  simplex.points[simplex.count++] = v;
+  for (int k = 0; k < kMostIterations; ++k) {
+    const double squared = dot(v, v);
+    if (!(squared > 0)) break;
+    const Vec w = difference(-1.0 * v);
+    if (squared - dot(v, w) <= kClose * squared) break;
+    simplex.points[simplex.count++] = w;
+    if (simplex.holds_origin()) return {v, 0};
+    Vec next;
+    if (!simplex.reduce(next) || !(dot(next, next) < squared)) break;
+    v = next;
+  }
+  return {v, norm(v)};
+}
+
+}  // namespace
+
+Nearest nearest_direction(const PosedNode& a, const PosedNode& b, const Vec& guess) {
+  // Of a half-space and a convex piece the gap along the normal is their distance.
+  const auto along = [&](const Vec& n) { return Nearest{n, std::max(0.0, gap(a, b, n))}; };
+  if (const Piece* plane = a.body->half_space()) return along(a.X->R * plane->normal);
+  if (const Piece* plane = b.body->half_space()) return along(-1.0 * (b.X->R * plane->normal));
+  return gjk(a, b, guess);
 }
 
 }  // namespace dyop_check

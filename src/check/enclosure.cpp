@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/enclosure.h"
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-
 namespace dyop_check {
 namespace {
 
@@ -81,7 +77,7 @@ std::vector<Enclosure> find_enclosures(const Recording& recording) {
       std::set<double> times = beginnings(recording.bodies[inner], recording.begin);
       times.merge(beginnings(mesh, recording.begin));
       for (const double t : times) {
-        if (!recording.is_tested(outer, inner, recording.rules_at(t)) ||
+        if (!recording.is_tested(outer, inner, at_time(recording.rules, t)) ||
             !encloses(mesh, recording.bodies[inner], t))
           continue;
         found.push_back({inner, outer, t});

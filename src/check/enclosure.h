@@ -4,8 +4,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "check/recording.h"
+#include "check/trusted/recording.h"
 
+/// What begins inside a closed mesh: told only, a verdict does not depend on it.
 namespace dyop_check {
 
 /// A body of which a part is inside a closed mesh.

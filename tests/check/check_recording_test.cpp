@@ -61,7 +61,8 @@ class CheckRecording : public ::testing::Test {
 
   // A mover above a body at rest at the origin, target 0.01.
   void record(std::shared_ptr<const Shape> mover, std::shared_ptr<const Shape> rester,
-              const std::vector<CommittedStep>& steps, const std::string& scene = "") const {
+              const std::vector<CommittedStep>& steps, const std::string& scene = "",
+              Scalar target_distance = 0.01) const {
     std::vector<BodyDefinition> bodies(2);
     bodies[0].name = "mover";
     bodies[0].shape = std::move(mover);
@@ -70,7 +71,7 @@ class CheckRecording : public ::testing::Test {
     bodies[1].shape = std::move(rester);
     RunHeader header;
     header.scene = scene;
-    header.target_distance = 0.01;
+    header.target_distance = target_distance;
     RecordingWriter writer(file(), header);
     AdvanceReport report;
     report.status = AdvanceStatus::Completed;
@@ -405,9 +406,13 @@ TEST_F(CheckRecording, KnowsPrescribedMotions) {
   const auto offset = std::make_shared<RestMotion>(
       RigidPose(rotation_from_vector(Vector3(0, 1, 0.5)), Vector3(0.1, 0, 0.2)));
   std::vector<std::shared_ptr<const Motion>> motions{screw, straight, twist, curve, log, parts};
-  for (std::size_t k = 0; k < 6; ++k) {
-    motions.push_back(std::make_shared<ComposedMotion>(motions[k], offset));
-    motions.push_back(std::make_shared<ComposedMotion>(offset, motions[k]));
+  std::vector<ControlPoint> points;
+  for (int k = 0; k < 10; ++k) points.push_back({{5, 0.1 * (k % 4), 0}, {0.3 * (k % 3), 0, 0.2}});
+  motions.push_back(std::make_shared<BezierMotion>(second, X.rotation(), points));
+  for (std::size_t k = 0; k < 7; ++k) {
+    motions.push_back(
+        std::make_shared<ComposedMotion>(k % 2 ? motions[k] : offset, k % 2 ? offset : motions[k]));
+    motions.push_back(std::make_shared<ComposedMotion>(twist, motions[k]));
   }
   const auto rod = std::make_shared<Capsule>(0.1, 0.4);
   for (const auto& motion : motions) {
@@ -451,15 +456,24 @@ TEST_F(CheckRecording, RefutesAJumpBetweenSteps) {
   EXPECT_EQ(check(file()).code, kProven);
 }
 
-TEST_F(CheckRecording, LeavesOutWhatTheSceneDoesNotTest) {
+// A file without rules excuses no pair, whatever its scene says.
+TEST_F(CheckRecording, WithoutRulesAllPairsCount) {
   const auto ball = std::make_shared<Sphere>(0.5);
-  record(ball, ball, {swing(0.5, 0)});
-  EXPECT_EQ(check(file()).code, kRefuted);
   record(ball, ball, {swing(0.5, 0)}, R"({"filters":[["mover","rester"]]})");
-  EXPECT_EQ(check(file()).code, kProven);
-  record(ball, ball, {swing(1.005, 0)},
-         R"({"target_distances":[{"a":"rester","b":"mover","distance":0.001}]})");
-  EXPECT_EQ(check(file()).code, kProven);
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kRefuted);
+  EXPECT_NE(answer.text.find("no rules"), std::string::npos) << answer.text;
+}
+
+// The distance that is proven is said, and none below zero is.
+TEST_F(CheckRecording, SaysWhichDistancesWereAskedFor) {
+  const auto ball = std::make_shared<Sphere>(0.5);
+  record(ball, ball, {swing(1.02, 0)});
+  EXPECT_NE(check(file()).text.find("near pairs: 0.01 to 0.01"), std::string::npos)
+      << check(file()).text;
+  record(ball, ball, {swing(0.5, 0)}, "", -1);
+  EXPECT_EQ(check(file()).code, kUnusable) << check(file()).text;
+  EXPECT_NE(check(file()).error.find("negative"), std::string::npos) << check(file()).error;
 }
 
 TEST_F(CheckRecording, RefusesWhatItCannotRead) {

@@ -2,21 +2,31 @@
 
 // What dyop-check trusts, against dyop's own motions and shapes, with which it shares no code.
 
-#include "check/kernel.h"
+#include "check/trusted/kernel.h"
 
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "check/motion.h"
-#include "check/shape.h"
+#include "check/trusted/motion.h"
+#include "check/trusted/segments.h"
+#include "check/trusted/shape.h"
+#include "check/trusted/shape_reader.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/cone.h"
 #include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/ellipsoid.h"
+#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/motion/bezier_motion.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/screw_motion.h"
+#include "io/query/record_motion.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop {
@@ -40,17 +50,10 @@ dyop_check::Mat plain(const Matrix3& R) {
   return m;
 }
 
-dyop_check::CubicNode plain(Scalar t, const HermiteNode& node) {
-  return {t, plain(node.p_WB), plain(node.v_WB), plain(node.theta), plain(node.theta_rate)};
-}
-
-Segment segment_of(const HermiteMotion& motion) {
-  Segment segment;
-  segment.kind = Segment::Kind::Cubic;
-  segment.R = plain(motion.X_WC().rotation());
-  segment.first = plain(motion.domain().begin, motion.begin());
-  segment.last = plain(motion.domain().end, motion.end());
-  return segment;
+// The segment that a recorded motion is, from a time on.
+Segment segment_of(const Motion& motion, Scalar begin = 1, const Vec& center_of_mass = {}) {
+  const std::string text = io_internal::record_motion(motion).dump();
+  return dyop_check::prescribed(dyop_check::parse_json(text), begin, center_of_mass).front();
 }
 
 HermiteMotion random_cubic(std::mt19937_64& random, Scalar size) {
@@ -67,22 +70,59 @@ HermiteMotion random_cubic(std::mt19937_64& random, Scalar size) {
   return HermiteMotion::from_chart({1, 1.5}, R, begin, node(false));
 }
 
+// One of each kind of motion, defined from 1 to 1.5 at least.
+std::vector<std::shared_ptr<const Motion>> random_motions(std::mt19937_64& random, Scalar size) {
+  const auto pose = [&] {
+    return RigidPose(rotation_from_vector(testing::random_vector(2, random)),
+                     testing::random_vector(size, random));
+  };
+  const auto cubic = std::make_shared<HermiteMotion>(random_cubic(random, size));
+  const auto twist = std::make_shared<ConstantTwistMotion>(
+      pose(), Twist{testing::random_vector(size, random), testing::random_vector(9, random)}, 0.25);
+  const auto screw = std::make_shared<ScrewMotion>(
+      pose(), ScrewMotion::Screw{testing::random_vector(size, random),
+                                 testing::random_vector(1, random), 3, size});
+  std::vector<ControlPoint> points;
+  for (int k = 0; k < 10; ++k)
+    points.push_back({testing::random_vector(size, random), testing::random_vector(1, random)});
+  const auto curve =
+      std::make_shared<BezierMotion>(TimeInterval{1, 1.5}, pose().rotation(), points);
+  const auto straight = std::make_shared<InterpolatedMotion>(TimeInterval{1, 1.5}, pose(), pose());
+  const auto log = std::make_shared<SampledMotion>(
+      std::vector<SampledMotion::Sample>{{0.5, RigidPose()}, {1.5, pose()}});
+  const auto fixed = std::make_shared<RestMotion>(pose());
+  const auto compose = [](std::shared_ptr<const Motion> outer,
+                          std::shared_ptr<const Motion> inner) {
+    return std::make_shared<ComposedMotion>(std::move(outer), std::move(inner));
+  };
+  return {cubic,
+          twist,
+          screw,
+          curve,
+          straight,
+          log,
+          compose(fixed, cubic),
+          compose(cubic, fixed),
+          compose(cubic, twist),
+          compose(screw, curve),
+          compose(compose(twist, straight), compose(cubic, log))};
+}
+
 TEST(CheckMotion, PosesAreThoseOfTheLibrary) {
   std::mt19937_64 random(1);
-  for (int k = 0; k < 2000; ++k) {
+  for (int k = 0; k < 300; ++k) {
     const Scalar size = std::pow(10, k % 9 - 4);
-    const HermiteMotion motion = random_cubic(random, size);
-    Segment segment = segment_of(motion);
-    const Vec p_cm = plain(testing::random_vector(size, random));
-    segment.p_cm = p_cm;
-    const Scalar noise = dyop_check::pose_noise(segment, 2 * size, 1, 1.5);
-    EXPECT_LT(noise, 1e-11 * size);
-    for (const Scalar t : {1.0, 1.1, 1.37, 1.5}) {
-      const RigidPose X_WM = motion.pose(t);
-      const dyop_check::Pose X = segment.pose(t);
-      const Vector3 corner = testing::random_vector(size, random);
-      const Vector3 expected = X_WM * (corner - eigen(p_cm));
-      EXPECT_LE((eigen(X * plain(corner)) - expected).norm(), noise);
+    for (const auto& motion : random_motions(random, size)) {
+      const Segment segment = segment_of(*motion);
+      EXPECT_TRUE(segment.holds(1, 1.5));
+      const Scalar noise = dyop_check::pose_noise(segment, 2 * size, 1, 1.5);
+      // A polynomial of degree nine is a sum of terms that largely cancel.
+      EXPECT_LT(noise, (segment.place.size() > 4 ? 1e-7 : 1e-10) * size);
+      for (const Scalar t : {1.0, 1.1, 1.37, 1.5}) {
+        const Vector3 corner = testing::random_vector(size, random);
+        const Vector3 found = eigen(segment.pose(t) * plain(corner));
+        EXPECT_LE((found - motion->pose(t) * corner).norm(), noise);
+      }
     }
   }
 }
@@ -91,49 +131,47 @@ TEST(CheckMotion, PosesAreThoseOfTheLibrary) {
 TEST(CheckMotion, NoPointAcceleratesMoreThanItsBound) {
   std::mt19937_64 random(2);
   Scalar tightest = 0;
-  for (int k = 0; k < 500; ++k) {
-    const HermiteMotion motion = random_cubic(random, 1);
-    const Segment segment = segment_of(motion);
-    const Scalar begin = 1 + 0.3 * (k % 2);
-    const Scalar end = begin + 0.2;
-    const auto bound = dyop_check::acceleration(segment, begin, end);
-    const Vector3 p = testing::random_vector(3, random);
-    const Scalar limit = bound.center + bound.turn * p.norm();
-    constexpr Scalar kStep = 1e-4;
-    for (Scalar t = begin + kStep; t < end - kStep; t += 0.01) {
-      const Vector3 second =
-          (motion.pose(t + kStep) * p - 2 * (motion.pose(t) * p) + motion.pose(t - kStep) * p) /
-          (kStep * kStep);
-      EXPECT_LE(second.norm(), limit * (1 + 1e-6) + 1e-5);
-      tightest = std::max(tightest, second.norm() / limit);
+  for (int k = 0; k < 100; ++k) {
+    const Vec center_of_mass = plain(testing::random_vector(1, random));
+    for (const auto& shared : random_motions(random, 1)) {
+      const Motion& motion = *shared;
+      const Segment segment = segment_of(motion, 1, center_of_mass);
+      const Scalar begin = 1 + 0.3 * (k % 2);
+      const Scalar end = begin + 0.2;
+      const auto bound = dyop_check::bounds(segment, begin, end);
+      const Vector3 p = testing::random_vector(3, random);
+      const Scalar limit = bound.center + bound.turn * (p - eigen(center_of_mass)).norm();
+      constexpr Scalar kStep = 1e-4;
+      for (Scalar t = begin + kStep; t < end - kStep; t += 0.01) {
+        const Vector3 second =
+            (motion.pose(t + kStep) * p - 2 * (motion.pose(t) * p) + motion.pose(t - kStep) * p) /
+            (kStep * kStep);
+        EXPECT_LE(second.norm(), limit * (1 + 1e-6) + 1e-5);
+        tightest = std::max(tightest, second.norm() / limit);
+        const Matrix3 turn =
+            motion.pose(t + kStep).rotation() * motion.pose(t - kStep).rotation().transpose();
+        EXPECT_LE(rotation_vector(turn).norm() / (2 * kStep), bound.speed * (1 + 1e-6));
+      }
     }
   }
-  EXPECT_GT(tightest, 0.5);  // not just any large number
+  EXPECT_GT(tightest, 0.8);  // not just any large number
 }
 
-TEST(CheckMotion, TwistsTurnAboutTheCentreOfMass) {
+// As in the rows of dynamic bodies: the motion is that of the centre of mass.
+TEST(CheckMotion, SegmentsMoveTheCentreOfMass) {
   std::mt19937_64 random(3);
-  for (int k = 0; k < 500; ++k) {
-    const RigidPose X_WM(rotation_from_vector(testing::random_vector(2, random)),
-                         testing::random_vector(5, random));
-    const Twist twist{testing::random_vector(3, random), testing::random_vector(20, random)};
-    const ConstantTwistMotion motion(X_WM, twist, 0.25);
-    Segment segment;
-    segment.kind = Segment::Kind::Twist;
-    segment.R = plain(X_WM.rotation());
-    segment.p = plain(X_WM.translation());
-    segment.v = plain(twist.v_WB);
-    segment.w = plain(twist.w_WB);
-    segment.t0 = 0.25;
-    segment.p_cm = plain(testing::random_vector(1, random));
-    const Vector3 p = testing::random_vector(1, random);
-    for (const Scalar t : {0.25, 0.3, 2.0}) {
-      const Vector3 expected = motion.pose(t) * (p - eigen(segment.p_cm));
-      const Scalar noise = dyop_check::pose_noise(segment, 4, 0.25, 2);
-      EXPECT_LE((eigen(segment.pose(t) * plain(p)) - expected).norm(), noise);
+  for (int k = 0; k < 300; ++k) {
+    for (const auto& motion : random_motions(random, 1)) {
+      Segment segment = segment_of(*motion);
+      if (norm(segment.p_cm) > 0 || segment.outer) continue;
+      segment.p_cm = plain(testing::random_vector(1, random));
+      const Vector3 p = testing::random_vector(1, random);
+      const Scalar noise = dyop_check::pose_noise(segment, 4, 1, 1.5);
+      for (const Scalar t : {1.0, 1.3, 1.5}) {
+        const Vector3 expected = motion->pose(t) * (p - eigen(segment.p_cm));
+        EXPECT_LE((eigen(segment.pose(t) * plain(p)) - expected).norm(), noise);
+      }
     }
-    EXPECT_NEAR(dyop_check::acceleration(segment, 0, 1).turn, twist.w_WB.squaredNorm(),
-                1e-9 * twist.w_WB.squaredNorm());
   }
 }
 
@@ -177,9 +215,11 @@ TEST(CheckKernel, ProvesWhatHoldsAndNothingElse) {
     const Segment p = segment_of(first);
     const Segment q = segment_of(second);
     const auto prove = [&](Scalar target) {
-      dyop_check::PairProver prover({body.get(), &p}, {body.get(), &q}, target, 1'000'000);
+      const dyop_check::Passage a = dyop_check::passage(*body, p, 1, 1.5);
+      const dyop_check::Passage b = dyop_check::passage(*body, q, 1, 1.5);
+      dyop_check::PairProver prover(a, b, target, 1'000'000);
       std::vector<dyop_check::NodePair> front(1);
-      return prover.prove(1, 1.5, front);
+      return prover.prove(front);
     };
     EXPECT_NE(prove(least * (1 + 1e-6)), dyop_check::Answer::Proven) << k;
     if (least < 0.01 * size) continue;
@@ -195,10 +235,8 @@ TEST(CheckShape, SupportsOfRoundShapesAreThoseOfTheLibrary) {
   const Cylinder cylinder(0.7, 1.3);
   const Cone cone(0.7, 1.3);
   const Ellipsoid ellipsoid({0.5, 1, 2});
-  const auto compare = [&](const ConvexShape& shape, Piece::Kind kind, const Vec& size) {
-    Piece piece;
-    piece.kind = kind;
-    piece.size = size;
+  const auto compare = [&](const ConvexShape& shape, const std::string& line) {
+    Piece piece = dyop_check::ShapeReader({dyop_check::parse_json(line)}, {}, {}).pieces(0).front();
     const RigidPose X(rotation_from_vector(testing::random_vector(2, random)),
                       testing::random_vector(3, random));
     piece.X = {plain(X.rotation()), plain(X.translation())};
@@ -209,9 +247,34 @@ TEST(CheckShape, SupportsOfRoundShapesAreThoseOfTheLibrary) {
       EXPECT_NEAR(piece.support(plain(n)), expected, 1e-13);
     }
   };
-  compare(cylinder, Piece::Kind::Cylinder, {0.7, 0, 1.3});
-  compare(cone, Piece::Kind::Cone, {0.7, 0, 1.3});
-  compare(ellipsoid, Piece::Kind::Ellipsoid, {0.5, 1, 2});
+  compare(cylinder, R"({"kind":"cylinder","radius":0.7,"half_length":1.3})");
+  compare(cone, R"({"kind":"cone","radius":0.7,"half_length":1.3})");
+  compare(ellipsoid, R"({"kind":"ellipsoid","semi_axes":[0.5,1,2]})");
+  compare(TaperedCapsule(0.6, 0.3, 0.4),
+          R"({"kind":"tapered_capsule","bottom_radius":0.6,"top_radius":0.3,"half_length":0.4})");
+  compare(TaperedCapsule(0.3, 0.6, 0.4),
+          R"({"kind":"tapered_capsule","bottom_radius":0.3,"top_radius":0.6,"half_length":0.4})");
+}
+
+// What is smaller than it says would be proven too easily.
+TEST(CheckShape, RefusesWhatIsNoShape) {
+  for (
+      const char* line :
+      {R"({"kind":"sphere","radius":-1})", R"({"kind":"sphere","radius":1e999})",
+       R"({"kind":"sphere"})", R"({"kind":"capsule","radius":-0.1,"half_length":1})",
+       R"({"kind":"cylinder","radius":1,"half_length":-1})",
+       R"({"kind":"cone","radius":-1,"half_length":1})",
+       R"({"kind":"rounded_box","half_extents":[1,1,1],"radius":-1})",
+       R"({"kind":"rounded_cylinder","radius":1,"half_length":1,"edge_radius":-0.5})",
+       R"({"kind":"tapered_capsule","bottom_radius":1,"top_radius":-2,"half_length":1})",
+       R"({"kind":"half_space","normal":[0,0,0],"offset":0})",
+       R"({"kind":"box","half_extents":[1,1]})", R"({"kind":"torus","radius":1})",
+       R"({"kind":"hull","first_vertex":0,"vertex_count":1})",
+       R"({"kind":"mesh","first_vertex":0,"vertex_count":0,"first_triangle":0,"triangle_count":1})",
+       R"({"kind":"compound","children":[{"shape":0,"X_CS":[1,0,0,0,1,0,0,0,1,0,0,0]}]})"}) {
+    const dyop_check::ShapeReader reader({dyop_check::parse_json(line)}, {}, {});
+    EXPECT_THROW(reader.pieces(0), dyop_check::BadFile) << line;
+  }
 }
 
 TEST(CheckShape, BoxesHoldAllPiecesBelowThem) {

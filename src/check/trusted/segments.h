@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "check/json.h"
-#include "check/motion.h"
+#include "check/trusted/json.h"
+#include "check/trusted/motion.h"
 
 /// The motions of a file. TRUSTED.
 namespace dyop_check {
@@ -17,8 +17,8 @@ Vec vector_of(const std::vector<double>& x, std::size_t at = 0);
 /// @throws BadFile unless they are a rotation.
 Mat matrix_of(const std::vector<double>& x, std::size_t at = 0);
 
-/// A prescribed motion (docs/formats.md, "Query records") from a time on. What is not supported,
-/// curves of more than the third degree and products of two motions, is so marked.
+/// A prescribed motion (docs/formats.md, "Query records") from a time on. Rotations between two
+/// samples by nearly half a turn are unsupported, as their axis is uncertain.
 /// @param center_of_mass Of the body, in its frame.
 std::vector<Segment> prescribed(const Json& motion, double begin, const Vec& center_of_mass);
 
@@ -29,13 +29,12 @@ class SegmentReader {
       : numbers_(std::move(numbers)), given_(std::move(given)), previous_(bodies) {}
 
   /// One segment, or more if it is a prescribed motion of several parts.
-  std::vector<Segment> read(std::uint32_t kind, std::uint64_t first, std::size_t body, double begin,
+  std::vector<Segment> read(std::uint64_t kind, std::uint64_t first, std::size_t body, double begin,
                             const Vec& center_of_mass);
 
  private:
   std::vector<double> take(std::uint64_t first, std::size_t count) const;
-  std::vector<double> whole_cubic(std::uint32_t kind, std::uint64_t first, std::size_t body) const;
-  void set_cubic(Segment& g, std::size_t body, const std::vector<double>& x);
+  std::vector<double> whole_cubic(std::uint64_t kind, std::uint64_t first, std::size_t body) const;
   Json given(const std::vector<double>& place) const;
 
   std::vector<double> numbers_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "check/json.h"
+#include "check/trusted/json.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -154,6 +154,18 @@ std::vector<double> Json::to_numbers(std::size_t count) const {
   std::vector<double> numbers;
   for (const Json& entry : list) numbers.push_back(entry.to_number());
   return numbers;
+}
+
+bool Json::to_boolean() const {
+  if (kind != Kind::Boolean) throw BadFile("expected true or false");
+  return boolean;
+}
+
+std::size_t index_of(const Json& json, std::size_t limit) {
+  const double value = json.to_number();
+  if (!(value >= 0 && value < double(limit) && value == std::floor(value)))
+    throw BadFile("an index is out of range");
+  return std::size_t(value);
 }
 
 Json parse_json(std::string_view text) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "check/recording.h"
+#include "check/laws/law_data.h"
 
 /// Newton's, Coulomb's and the impact law. What is checked is that the recorded impulses explain
 /// the recorded velocities, and obey the laws: residuals are backward errors, the least change of
@@ -74,7 +74,7 @@ struct ContactLaw {
       0;  ///< contacts whose coefficient is a function, or with unknown motion
 };
 
-FlightLaw check_flights(const Recording& recording);
-ContactLaw check_contacts(const Recording& recording);
+FlightLaw check_flights(const Recording& recording, const LawData& data);
+ContactLaw check_contacts(const Recording& recording, const LawData& data);
 
 }  // namespace dyop_check

@@ -4,35 +4,34 @@
 #include <cstdint>
 #include <vector>
 
-#include "check/vec.h"
+#include "check/trusted/vec.h"
 
 /// Shapes of the checker: support functions and a tree of boxes. TRUSTED.
 namespace dyop_check {
 
-/// A convex piece in the frame of its body: its points, or a round shape at a pose, and a radius
-/// around it.
+/// A convex piece in the frame of its body: its core, and all that is within a radius of it.
 struct Piece {
-  enum class Kind { Points, Cylinder, Cone, Ellipsoid, TaperedCapsule, HalfSpace };
+  enum class Kind {
+    Points,     ///< the hull of `points`
+    Discs,      ///< of two discs across the z axis of X: cylinders and cones
+    Balls,      ///< of two balls on the z axis of X: tapered capsules
+    Ellipsoid,  ///< with the axes of X
+    HalfSpace   ///< normal.x <= offset; its body has no other piece
+  };
   Kind kind = Kind::Points;
-  std::vector<Vec> points;  ///< Points
-  double radius = 0;        ///< around the rest
-  Vec size;                 ///< Cylinder, Cone: x radius, z half length; Ellipsoid: semi-axes;
-                            ///< TaperedCapsule: bottom and top radius, half length
-  Pose X;                   ///< of a round shape in the body's frame
-  Vec normal;               ///< HalfSpace: unit, outwards; its body has no other piece
-  double offset = 0;        ///< HalfSpace: height of its plane along the normal
+  double radius = 0;
+  std::vector<Vec> points;
+  Pose X;    ///< of a round core
+  Vec size;  ///< Discs, Balls: radius below and above, half the length; Ellipsoid: semi-axes
+  Vec normal;
+  double offset = 0;
   /// Triangles of one mesh that hang together have one number; -1: a solid.
   std::int64_t surface = -1;
 
-  /// The point of the piece without its radius that is farthest along d.
+  /// The point of the core that is farthest along d.
   Vec core_support(const Vec& d) const;
-  /// The largest d.x over the piece.
-  double support(const Vec& d) const {
-    if (kind == Kind::HalfSpace) return half_space_support(d);
-    return dot(core_support(d), d) + radius * norm(d);
-  }
-
-  double half_space_support(const Vec& d) const;
+  /// The largest d.x over the piece; of a half-space infinite, unless d is its normal.
+  double support(const Vec& d) const;
 };
 
 struct Node {
@@ -60,7 +59,7 @@ struct Body {
     return pieces.front().kind == Piece::Kind::HalfSpace ? &pieces.front() : nullptr;
   }
 
-  /// @param center_of_mass Of which the reaches are taken.
+  /// Makes the tree. @param center_of_mass Of which the reaches are taken.
   void build(const Vec& center_of_mass);
 };
 

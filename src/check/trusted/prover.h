@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
-#include "check/recording.h"
+#include "check/trusted/recording.h"
 
+/// Which pairs of bodies are proven over which intervals. TRUSTED.
 namespace dyop_check {
 
 /// A pair, an interval and what was found in it.
@@ -28,10 +28,12 @@ struct Jump {
 };
 
 struct Verdict {
-  std::int64_t pairs = 0;        ///< pairs of bodies that count
+  std::int64_t pairs = 0;        ///< pairs of bodies that count, at the start
   std::int64_t intervals = 0;    ///< of near pairs, each within a step, proven
   std::int64_t uncertified = 0;  ///< of pairs that the run itself calls so, not proven
   std::int64_t node_pairs = 0;
+  double least_target = kInfinity;  ///< of near pairs
+  double largest_target = 0;
   std::vector<Finding> refuted;    ///< the first hundred
   std::vector<Finding> undecided;  ///< the first hundred
   std::vector<Jump> jumps;         ///< the first hundred

@@ -38,6 +38,9 @@ inline Vec cross(const Vec& a, const Vec& b) {
 inline double norm(const Vec& a) {
   return std::sqrt(dot(a, a));
 }
+inline Vec absolute(const Vec& a) {
+  return {std::abs(a.x), std::abs(a.y), std::abs(a.z)};
+}
 
 /// A matrix, row by row.
 struct Mat {
@@ -106,6 +109,9 @@ struct Pose {
 
 inline Vec operator*(const Pose& X, const Vec& v) {
   return X.R * v + X.p;
+}
+inline Pose operator*(const Pose& X, const Pose& Y) {
+  return {X.R * Y.R, X * Y.p};
 }
 
 }  // namespace dyop_check

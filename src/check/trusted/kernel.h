@@ -4,12 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "check/direction.h"
-#include "check/motion.h"
-#include "check/shape.h"
+#include "check/trusted/motion.h"
+#include "check/trusted/shape.h"
 
-/// Proofs that two bodies keep a distance over an interval of time. TRUSTED, except for the choice
-/// of directions and of what is split.
+/// Proofs that two bodies keep a distance over an interval of time. TRUSTED; which directions are
+/// tried, and what is split, needs no trust.
 ///
 /// The kernel. Take a node of A and one of B, an interval [t0, t1] of length h throughout which both
 /// bodies follow one segment each, and any unit vector n. The height n.x(t) of a point that
@@ -24,10 +23,28 @@
 namespace dyop_check {
 
 /// A body over an interval in which it follows one segment.
-struct Side {
+struct Passage {
   const Body* body = nullptr;
   const Segment* segment = nullptr;
+  double begin = 0;
+  double end = 0;
+  Pose first;  ///< at the ends
+  Pose last;
+  Bounds most;
+  double noise = 0;  ///< of its poses
 };
+
+Passage passage(const Body& body, const Segment& segment, double begin, double end);
+
+/// A node of a body at a pose.
+struct PosedNode {
+  const Body* body = nullptr;
+  const Node* node = nullptr;
+  const Pose* X = nullptr;
+};
+
+/// The least height of b along n above the greatest of a.
+double gap(const PosedNode& a, const PosedNode& b, const Vec& n);
 
 enum class Frame { World, A, B };
 
@@ -49,36 +66,36 @@ enum class Answer { Proven, Refuted, Undecided };
 /// One pair of bodies over an interval.
 class PairProver {
  public:
-  PairProver(const Side& a, const Side& b, double target, std::int64_t budget);
+  /// @param a, b Over the same interval.
+  /// @param budget Pairs of nodes to try before it is undecided.
+  PairProver(const Passage& a, const Passage& b, double target, std::int64_t budget);
 
   /// @param front Pairs of nodes that together cover both trees, as an earlier proof left them; the
   ///              pair of roots is one. Becomes those of this proof, if it succeeds.
-  Answer prove(double begin, double end, std::vector<NodePair>& front);
+  Answer prove(std::vector<NodePair>& front);
 
   std::int64_t node_pairs() const { return node_pairs_; }
   double refuted_at() const { return refuted_at_; }
+  /// That of two points of the bodies then.
   double refuted_distance() const { return refuted_distance_; }
 
  private:
   struct Window;
   struct Slack;
-  Window window(double begin, double end) const;
-  double gap(const Node& x, const Node& y, const Pose& X, const Pose& Y, const Vec& n) const;
   Slack slack(const Window& w, const Node& x, const Node& y, const Direction& direction) const;
   Slack turning_slack(const Window& w, const Node& x, const Node& y, const Direction& d) const;
   bool improve(const Window& w, const Node& x, const Node& y, const Vec& found, Slack& best,
                Direction& direction) const;
-  Nearest search(const Node& x, const Node& y, const Pose& X, const Pose& Y,
-                 const Vec& guess) const;
-  bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y, const Vec& n);
+  bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y,
+              const Vec& guess);
   Answer prove(const Window& w, NodePair pair, int halvings, std::vector<NodePair>* front);
   Answer halve(const Window& w, double middle, const NodePair& pair, int halvings);
   Answer open(const Window& w, const NodePair& pair, int halvings, std::vector<NodePair>* front);
 
-  Side a_;
-  Side b_;
+  const Passage& a_;
+  const Passage& b_;
   double target_;
-  double noise_ = 0;
+  double noise_;
   std::int64_t budget_;
   std::int64_t node_pairs_ = 0;
   double refuted_at_ = 0;

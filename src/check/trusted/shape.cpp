@@ -1,51 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "check/shape.h"
+#include "check/trusted/shape.h"
 
-#include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace dyop_check {
 namespace {
 
+// The point of a round core, in its own frame.
 Vec round_support(const Piece& piece, const Vec& d) {
   const Vec& s = piece.size;
-  const double flat = std::hypot(d.x, d.y);
-  switch (piece.kind) {
-    case Piece::Kind::Cylinder: {
-      const double k = flat > 0 ? s.x / flat : 0;
-      return {k * d.x, k * d.y, d.z >= 0 ? s.z : -s.z};
-    }
-    case Piece::Kind::Cone: {
-      const double k = flat > 0 ? s.x / flat : 0;
-      const Vec rim{k * d.x, k * d.y, -s.z};
-      const Vec tip{0, 0, s.z};
-      return dot(rim, d) > dot(tip, d) ? rim : tip;
-    }
-    case Piece::Kind::Ellipsoid: {
-      const Vec scaled{s.x * d.x, s.y * d.y, s.z * d.z};
-      const double k = norm(scaled);
-      if (!(k > 0)) return {};
-      return {s.x * scaled.x / k, s.y * scaled.y / k, s.z * scaled.z / k};
-    }
-    case Piece::Kind::TaperedCapsule: {
-      const double length = norm(d);
-      if (!(length > 0)) return {};
-      const bool is_top = s.z * d.z + s.y * length > s.x * length - s.z * d.z;
-      return Vec{0, 0, is_top ? s.z : -s.z} + ((is_top ? s.y : s.x) / length) * d;
-    }
-    case Piece::Kind::Points:
-    case Piece::Kind::HalfSpace:
-      break;
+  if (piece.kind == Piece::Kind::Ellipsoid) {
+    const Vec scaled{s.x * d.x, s.y * d.y, s.z * d.z};
+    const double k = norm(scaled) > 0 ? 1 / norm(scaled) : 0;
+    return k * Vec{s.x * scaled.x, s.y * scaled.y, s.z * scaled.z};
   }
-  return {};
+  // Of a disc the point of the rim, of a ball that along d.
+  const bool is_ball = piece.kind == Piece::Kind::Balls;
+  const Vec along{d.x, d.y, is_ball ? d.z : 0};
+  const double k = norm(along) > 0 ? 1 / norm(along) : 0;
+  const Vec below = (s.x * k) * along - Vec{0, 0, s.z};
+  const Vec above = (s.y * k) * along + Vec{0, 0, s.z};
+  return dot(above, d) > dot(below, d) ? above : below;
+}
+
+// Its normal, when it was turned into the world and back, differs from itself by rounding.
+double half_space_support(const Piece& piece, const Vec& d) {
+  constexpr double kTurned = 4e-15;  // literal: relative
+  const double length = norm(d);
+  return norm(d - length * piece.normal) <= kTurned * length ? piece.offset * length : kInfinity;
 }
 
 struct Box {
-  Vec low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
-          std::numeric_limits<double>::infinity()};
-  Vec high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
-           -std::numeric_limits<double>::infinity()};
+  Vec low{kInfinity, kInfinity, kInfinity};
+  Vec high{-kInfinity, -kInfinity, -kInfinity};
 
   void add(const Box& other) {
     low = {std::min(low.x, other.low.x), std::min(low.y, other.low.y),
@@ -60,25 +47,19 @@ Box box_of(const Piece& piece) {
           {piece.support({1, 0, 0}), piece.support({0, 1, 0}), piece.support({0, 0, 1})}};
 }
 
-double along(const Vec& v, int axis) {
-  return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-}
-
 class TreeBuilder {
  public:
-  TreeBuilder(Body& body, const Vec& center_of_mass) : body_(body), com_(center_of_mass) {
+  TreeBuilder(Body& body, const Vec& center_of_mass)
+      : body_(body), com_(center_of_mass), order_(body.pieces.size()) {
     for (const Piece& piece : body.pieces) boxes_.push_back(box_of(piece));
-    order_.resize(boxes_.size());
     std::iota(order_.begin(), order_.end(), 0);
-  }
-
-  void build() {
     body_.nodes.assign(1, {});
     fill(0, 0, order_.size());
   }
 
  private:
-  // Splits at the median of the longest side, so that the depth is logarithmic.
+  // The node of pieces order_[begin] to order_[end - 1]. Splits at the median of the longest side,
+  // so that the depth is logarithmic.
   void fill(std::size_t node, std::size_t begin, std::size_t end) {
     Box box;
     for (std::size_t i = begin; i < end; ++i) box.add(boxes_[order_[i]]);
@@ -90,14 +71,14 @@ class TreeBuilder {
       return;
     }
     const Vec size = box.high - box.low;
-    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    const Vec axis = size.x >= size.y && size.x >= size.z ? Vec{1, 0, 0}
+                     : size.y >= size.z                   ? Vec{0, 1, 0}
+                                                          : Vec{0, 0, 1};
+    const auto height = [&](std::size_t k) { return dot(boxes_[k].low + boxes_[k].high, axis); };
     const std::size_t middle = begin + (end - begin) / 2;
-    const auto first = order_.begin();
-    std::nth_element(first + std::ptrdiff_t(begin), first + std::ptrdiff_t(middle),
-                     first + std::ptrdiff_t(end), [&](std::size_t a, std::size_t b) {
-                       return along(boxes_[a].low + boxes_[a].high, axis) <
-                              along(boxes_[b].low + boxes_[b].high, axis);
-                     });
+    const auto at = [&](std::size_t k) { return order_.begin() + std::ptrdiff_t(k); };
+    std::nth_element(at(begin), at(middle), at(end),
+                     [&](std::size_t a, std::size_t b) { return height(a) < height(b); });
     const std::size_t left = body_.nodes.size();
     body_.nodes[node].left = std::int32_t(left);
     body_.nodes.resize(left + 2);
@@ -112,8 +93,7 @@ class TreeBuilder {
     node.half = kUp * Vec{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
     const Vec off = node.center - com_;
     node.arm = kUp * norm(off);
-    node.reach = kUp * norm({std::abs(off.x) + node.half.x, std::abs(off.y) + node.half.y,
-                             std::abs(off.z) + node.half.z});
+    node.reach = kUp * norm(absolute(off) + node.half);
   }
 
   void set_core_reach(Node& node, const Piece& piece) const {
@@ -136,21 +116,18 @@ Vec Piece::core_support(const Vec& d) const {
   const Vec* best = &points.front();
   double most = dot(*best, d);
   for (const Vec& point : points) {
-    const double value = dot(point, d);
-    if (value > most) {
-      most = value;
+    const double height = dot(point, d);
+    if (height > most) {
+      most = height;
       best = &point;
     }
   }
   return *best;
 }
 
-// Infinite but along the normal, up to the rounding of a direction that was turned twice.
-double Piece::half_space_support(const Vec& d) const {
-  constexpr double kTurned = 4e-15;  // literal: relative
-  const double length = norm(d);
-  if (norm(d - length * normal) <= kTurned * length) return offset * length;
-  return std::numeric_limits<double>::infinity();
+double Piece::support(const Vec& d) const {
+  if (kind == Kind::HalfSpace) return half_space_support(*this, d);
+  return dot(core_support(d), d) + radius * norm(d);
 }
 
 void Body::build(const Vec& center_of_mass) {
@@ -166,10 +143,9 @@ void Body::build(const Vec& center_of_mass) {
     nodes.assign(1, node);
     return;
   }
-  TreeBuilder(*this, center_of_mass).build();
+  TreeBuilder(*this, center_of_mass);
   const Node& top = nodes.front();
-  size = kUp * norm({std::abs(top.center.x) + top.half.x, std::abs(top.center.y) + top.half.y,
-                     std::abs(top.center.z) + top.half.z});
+  size = kUp * norm(absolute(top.center) + top.half);
 }
 
 }  // namespace dyop_check

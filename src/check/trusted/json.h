@@ -37,7 +37,15 @@ struct Json {
   double to_number() const;
   /// @throws BadFile unless there are `count` numbers.
   std::vector<double> to_numbers(std::size_t count) const;
+  /// @throws BadFile unless it is true or false.
+  bool to_boolean() const;
+
+  bool operator==(const Json&) const = default;
 };
+
+/// A whole number below a limit.
+/// @throws BadFile
+std::size_t index_of(const Json& json, std::size_t limit);
 
 /// @throws BadFile
 Json parse_json(std::string_view text);

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "check/prover.h"
+#include "check/trusted/prover.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <utility>
-
-#include "check/kernel.h"
-
-// TRUSTED.
+#include "check/trusted/kernel.h"
 
 namespace dyop_check {
 namespace {
@@ -22,24 +15,22 @@ struct Front {
   int proofs = 0;
 };
 
-// Where a body is within a step: the box of a ball about its centre of mass.
+// A body within a step: how it passes through it, one segment after another, and the box of the
+// balls about its centre of mass. A passage without a segment: its motion is not supported.
 struct Sweep {
-  Vec low;
-  Vec high;
-  std::size_t first = 0;  // segments that cover the step
-  std::size_t last = 0;
-  bool is_there = false;
+  std::vector<Passage> passages;
+  Vec low{kInfinity, kInfinity, kInfinity};
+  Vec high{-kInfinity, -kInfinity, -kInfinity};
 };
 
 class Checker {
  public:
   Checker(const Recording& recording, const CheckOptions& options)
       : recording_(recording), options_(options), next_(recording.bodies.size(), 0) {
-    follow(recording.rules_at(recording.begin));
     const auto count = std::uint32_t(recording.bodies.size());
     for (std::uint32_t a = 0; a < count; ++a) {
       for (std::uint32_t b = a + 1; b < count; ++b)
-        verdict_.pairs += recording.is_tested(a, b, *rules_);
+        verdict_.pairs += recording.is_tested(a, b, recording.rules.front());
     }
   }
 
@@ -88,12 +79,12 @@ class Checker {
   }
 
   void check_step(double begin, double end) {
-    follow(recording_.rules_at(begin));
+    follow(at_time(recording_.rules, begin));
     std::vector<Sweep> sweeps(recording_.bodies.size());
     std::vector<std::uint32_t> order;
     for (std::uint32_t k = 0; k < sweeps.size(); ++k) {
       sweeps[k] = sweep(k, begin, end);
-      if (sweeps[k].is_there) order.push_back(k);
+      if (!sweeps[k].passages.empty()) order.push_back(k);
     }
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return sweeps[a].low.x < sweeps[b].low.x; });
@@ -105,7 +96,7 @@ class Checker {
           continue;
         const std::uint32_t a = std::min(order[i], order[j]);
         const std::uint32_t b = std::max(order[i], order[j]);
-        if (recording_.is_tested(a, b, *rules_)) check_pair(a, b, sweeps[a], sweeps[b], begin, end);
+        if (recording_.is_tested(a, b, *rules_)) check_pair(a, b, sweeps[a], sweeps[b]);
       }
     }
   }
@@ -113,40 +104,34 @@ class Checker {
   // Segments are looked up in order of time, so that each is passed once.
   Sweep sweep(std::uint32_t k, double begin, double end) {
     const RecordedBody& body = recording_.bodies[k];
+    const std::vector<Segment>& segments = body.segments;
     Sweep sweep;
     std::size_t& next = next_[k];
-    while (next + 1 < body.segments.size() && body.segments[next + 1].begin <= begin) ++next;
-    sweep.first = next;
-    sweep.last = next;
-    while (sweep.last + 1 < body.segments.size() && body.segments[sweep.last + 1].begin < end)
-      ++sweep.last;
-    sweep.low = {kInfinity, kInfinity, kInfinity};
-    sweep.high = -1.0 * sweep.low;
-    for (std::size_t s = sweep.first; s <= sweep.last && s < body.segments.size(); ++s) {
-      const Segment& segment = body.segments[s];
-      if (segment.kind == Segment::Kind::Absent) continue;
-      sweep.is_there = true;
-      const double t0 = std::max(begin, segment.begin);
-      const double t1 = s < sweep.last ? body.segments[s + 1].begin : end;
-      add_ball(sweep, body, segment, t0, t1);
+    while (next + 1 < segments.size() && segments[next + 1].begin <= begin) ++next;
+    for (std::size_t s = next; s < segments.size() && segments[s].begin < end; ++s) {
+      const double t0 = std::max(begin, segments[s].begin);  // before its first, it is not there
+      const double t1 = s + 1 < segments.size() ? std::min(end, segments[s + 1].begin) : end;
+      if (t0 < t1) add(sweep, body, segments[s], t0, t1);
     }
     return sweep;
   }
 
-  void add_ball(Sweep& sweep, const RecordedBody& body, const Segment& segment, double t0,
-                double t1) const {
-    if (segment.kind == Segment::Kind::Unsupported) {
+  void add(Sweep& sweep, const RecordedBody& body, const Segment& segment, double t0,
+           double t1) const {
+    if (segment.kind == Segment::Kind::Absent) return;
+    if (!segment.is_known() || !segment.holds(t0, t1)) {
       sweep.low = {-kInfinity, -kInfinity, -kInfinity};
-      sweep.high = {kInfinity, kInfinity, kInfinity};
+      sweep.high = -1.0 * sweep.low;
+      Passage& unknown = sweep.passages.emplace_back();
+      unknown.begin = t0;
+      unknown.end = t1;
       return;
     }
+    const Passage& p = sweep.passages.emplace_back(passage(*body.shape, segment, t0, t1));
     const double h = t1 - t0;
-    const Acceleration a = acceleration(segment, t0, t1);
-    const double reach = body.shape->reach + segment.lever;
-    const double grow = reach + h * h / 8 * a.center + largest_target_ +
-                        pose_noise(segment, body.shape->size, t0, t1);
-    for (const double t : {t0, t1}) {
-      const Pose X = segment.pose(t);
+    const double grow =
+        body.shape->reach + segment.lever + h * h / 8 * p.most.center + largest_target_ + p.noise;
+    for (const Pose& X : {p.first, p.last}) {
       const Vec center = X * segment.p_cm;
       sweep.low = {std::min(sweep.low.x, center.x - grow), std::min(sweep.low.y, center.y - grow),
                    std::min(sweep.low.z, center.z - grow)};
@@ -156,47 +141,42 @@ class Checker {
     }
   }
 
-  // Over every part of the step in which both follow one segment.
-  void check_pair(std::uint32_t a, std::uint32_t b, const Sweep& x, const Sweep& y, double begin,
-                  double end) {
-    const auto& p = recording_.bodies[a].segments;
-    const auto& q = recording_.bodies[b].segments;
-    std::size_t i = x.first;
-    std::size_t j = y.first;
-    for (double t = begin; t < end;) {
-      const double next_a = i < x.last ? p[i + 1].begin : end;
-      const double next_b = j < y.last ? q[j + 1].begin : end;
-      const double next = std::min({next_a, next_b, end});
-      if (next > t) check_part(a, b, p[i], q[j], t, next);
-      t = next;
-      if (next_a <= next && i < x.last) ++i;
-      if (next_b <= next && j < y.last) ++j;
+  // Over every part of the step in which both are there and follow one segment.
+  void check_pair(std::uint32_t a, std::uint32_t b, const Sweep& x, const Sweep& y) {
+    for (std::size_t i = 0, j = 0; i < x.passages.size() && j < y.passages.size();) {
+      const Passage& p = x.passages[i];
+      const Passage& q = y.passages[j];
+      const double begin = std::max(p.begin, q.begin);
+      const double end = std::min(p.end, q.end);
+      if (begin < end) check_part(a, b, within(p, begin, end), within(q, begin, end));
+      if (p.end <= end) ++i;
+      if (q.end <= end) ++j;
     }
   }
 
-  void check_part(std::uint32_t a, std::uint32_t b, const Segment& p, const Segment& q, double from,
-                  double end) {
-    const double begin = std::max({from, p.begin, q.begin});  // before, a body is not there
-    if (!(begin < end)) return;
-    using Kind = Segment::Kind;
-    if (p.kind == Kind::Absent || q.kind == Kind::Absent) return;
-    const Body& A = *recording_.bodies[a].shape;
-    const Body& B = *recording_.bodies[b].shape;
-    const bool both_rest = p.kind == Kind::Rest && q.kind == Kind::Rest;
-    if (both_rest && resting_[{a, b}] == std::pair(&p, &q)) return;
+  static Passage within(const Passage& whole, double begin, double end) {
+    if (whole.segment == nullptr || (whole.begin == begin && whole.end == end)) return whole;
+    return passage(*whole.body, *whole.segment, begin, end);
+  }
+
+  void check_part(std::uint32_t a, std::uint32_t b, const Passage& p, const Passage& q) {
     const double target = options_.scale * recording_.target(a, b, *rules_);
-    Finding finding{a, b, begin, end, 0, target};
-    if (p.kind == Kind::Unsupported || q.kind == Kind::Unsupported) return note_undecided(finding);
-    PairProver prover({&A, &p}, {&B, &q}, target, options_.most_node_pairs);
+    verdict_.least_target = std::min(verdict_.least_target, target);
+    verdict_.largest_target = std::max(verdict_.largest_target, target);
+    Finding finding{a, b, std::max(p.begin, q.begin), std::min(p.end, q.end), 0, target};
+    if (p.segment == nullptr || q.segment == nullptr) return note_undecided(finding);
+    const bool both_rest = p.segment->rests() && q.segment->rests();
+    if (both_rest && resting_[{a, b}] == std::pair(p.segment, q.segment)) return;
+    PairProver prover(p, q, target, options_.most_node_pairs);
     Front& front = fronts_[{a, b}];
     if (front.proofs++ % kFreshStart == 0) front.pairs = {{0, 0, front.pairs.front().direction}};
-    const Answer answer = prover.prove(begin, end, front.pairs);
+    const Answer answer = prover.prove(front.pairs);
     if (answer != Answer::Proven) front.proofs = 0;
     verdict_.node_pairs += prover.node_pairs();
     if (answer == Answer::Proven) {
       ++verdict_.intervals;
-      if (both_rest) resting_[{a, b}] = {&p, &q};
-    } else if (recording_.is_uncertified(a, b, begin)) {
+      if (both_rest) resting_[{a, b}] = {p.segment, q.segment};
+    } else if (recording_.is_uncertified(a, b, finding.begin)) {
       ++verdict_.uncertified;
     } else if (answer == Answer::Refuted) {
       finding.begin = prover.refuted_at();

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "check/laws.h"
+#include "check/laws/laws.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
-
-#include "check/json.h"
 
 namespace dyop_check {
 namespace {
@@ -41,7 +36,7 @@ Vec solve(const Mat& A, const Vec& b) {
 // A dynamic body at an orientation.
 class Inertia {
  public:
-  Inertia(const RecordedBody& body, const Mat& R_WB) : body_(body) {
+  Inertia(const BodyLaw& body, const Mat& R_WB) : body_(body) {
     in_world_ = R_WB * body.inertia * transpose(R_WB);
     for (std::size_t k = 0; k < 3; ++k) {
       if (!body.locked_rotation[k]) continue;
@@ -55,17 +50,54 @@ class Inertia {
   }
 
  private:
-  const RecordedBody& body_;
+  const BodyLaw& body_;
   Mat in_world_;
 };
 
+// How a body's frame moves at an instant: its origin, and its angular velocity.
+struct Velocity {
+  Vec v;
+  Vec w;
+};
+
+Curve rate_of(const Curve& curve) {
+  Curve rate{Vec{}};
+  if (curve.size() > 1) rate.clear();
+  for (std::size_t k = 1; k < curve.size(); ++k) rate.push_back(double(k) * curve[k]);
+  return rate;
+}
+
+// With a rotation vector theta the angular velocity is J theta', in the chart, where J = 1 + (1 -
+// cos a) / a^2 [theta] + (a - sin a) / a^3 [theta]^2 and a = |theta|.
+Velocity velocity_at(const Segment& g, double t) {
+  const double x = t - g.t0;
+  const Vec theta = value(g.turn, x);
+  const Vec theta_rate = value(rate_of(g.turn), x);
+  constexpr double kSmall = 1e-2;  // literal: radians; the next term of the series is below 1e-15
+  const double a = norm(theta);
+  const double a2 = a * a;
+  const double half = a > 0 ? std::sin(a / 2) / (a / 2) : 1;
+  const double square = a > kSmall ? (a - std::sin(a)) / (a * a2)
+                                   : 1.0 / 6 - a2 / 120 * (1 - a2 / 42 * (1 - a2 / 72));
+  const Vec across = cross(theta, theta_rate);
+  const Vec w = g.R * (theta_rate + (half * half / 2) * across + square * cross(theta, across));
+  const Mat axes = g.R * rotation(theta);
+  const Velocity own{value(rate_of(g.place), x) - cross(w, axes * g.p_cm), w};
+  if (!g.outer) return own;
+  const Velocity outer = velocity_at(*g.outer, t);
+  const Pose X = g.outer->pose(t);
+  const Vec p = X.R * (value(g.place, x) - axes * g.p_cm);
+  return {outer.v + cross(outer.w, p) + X.R * own.v, outer.w + X.R * own.w};
+}
+
 // The momenta of a body on its recorded motion.
-Momentum momentum_at(const RecordedBody& body, const Segment& segment, double t) {
-  const Velocity velocity = segment.velocity(t);
+Momentum momentum_at(const RecordedBody& body, const BodyLaw& law, const Segment& segment,
+                     double t) {
+  const Velocity velocity = velocity_at(segment, t);
   const Mat R = segment.pose(t).R;
-  const Vec w = on_free_axes(velocity.w, body.locked_rotation);
+  const Vec w = on_free_axes(velocity.w, law.locked_rotation);
   return {velocity.v + cross(velocity.w, R * body.center_of_mass),
-          R * (body.inertia * transposed(R, w))};
+          R * (law.inertia * transposed(R, w))};
 }
 
 double ratio(double part, double whole) {
@@ -82,13 +114,11 @@ struct Known {
 
 class FlightChecker {
  public:
-  explicit FlightChecker(const Recording& recording) : recording_(recording) {
-    left_.resize(recording.bodies.size());
-    for (const Change& change : recording.changes) {
-      const bool is_move = change.kind == Change::Kind::Move;
+  FlightChecker(const Recording& recording, const LawData& data)
+      : recording_(recording), data_(data), left_(recording.bodies.size()) {
+    for (const Change& change : data.changes) {
       for (const MomentumRow& row : change.momenta) {
-        if (!row.is_before)
-          left_[row.body].push_back({is_move ? change.begin : change.end, {row.v, row.L}});
+        if (!row.is_before) left_[row.body].push_back({change.time(), {row.v, row.L}});
       }
     }
   }
@@ -109,15 +139,15 @@ class FlightChecker {
       const Segment& segment = body.segments[s];
       const double end = s + 1 < body.segments.size() ? body.segments[s + 1].begin : recording_.end;
       while (next < left_[k].size() && left_[k][next].t <= segment.begin) known = left_[k][next++];
-      if (segment.kind != Segment::Kind::Cubic || !(segment.begin < end)) continue;
+      if (!segment.is_known() || !segment.is_flight() || !(segment.begin < end)) continue;
       ++law_.flights;
-      if (body.material(segment.begin).has_wrench) {
+      if (data_.bodies[k].material(segment.begin).has_wrench) {
         ++law_.with_wrench;
         known.reset();
         continue;
       }
       check_flight(k, segment, end, known);
-      known = Known{end, momentum_at(body, segment, end)};
+      known = Known{end, momentum_at(body, data_.bodies[k], segment, end)};
     }
   }
 
@@ -128,29 +158,32 @@ class FlightChecker {
     const double middle = begin + (end - begin) / 2;
     const std::array<double, 3> times{begin, middle, end};
     std::array<Momentum, 3> at;
-    for (std::size_t i = 0; i < 3; ++i) at[i] = momentum_at(body, segment, times[i]);
+    for (std::size_t i = 0; i < 3; ++i)
+      at[i] = momentum_at(body, data_.bodies[k], segment, times[i]);
     if (before && before->t == begin) compare(k, before->momentum, at[0], begin, begin);
     compare(k, at[0], at[1], begin, middle);
     compare(k, at[1], at[2], middle, end);
   }
 
   void compare(std::uint32_t k, const Momentum& x, const Momentum& y, double begin, double end) {
-    const RecordedBody& body = recording_.bodies[k];
-    const Vec fall = (end - begin) * recording_.rules_at(begin).gravity;
+    const BodyLaw& body = data_.bodies[k];
+    const Vec fall = (end - begin) * data_.gravity(begin);
     const Vec dv = on_free_axes(y.v - x.v - fall, body.locked_translation);
     const Vec dL = on_free_axes(y.L - x.L, body.locked_rotation);
     law_.linear.take(ratio(norm(dv), std::max({norm(x.v), norm(y.v), norm(fall)})), begin, k, k);
-    law_.angular.take(ratio(norm(dL), std::max({norm(x.L), norm(y.L), noise_of(body, x, fall)})),
+    law_.angular.take(ratio(norm(dL), std::max({norm(x.L), norm(y.L), noise_of(k, x, fall)})),
                       begin, k, k);
   }
 
   // Angular momentum that counts as none: where a body hardly turns, rounding is all there is.
-  static double noise_of(const RecordedBody& body, const Momentum& x, const Vec& fall) {
+  double noise_of(std::uint32_t k, const Momentum& x, const Vec& fall) const {
     constexpr double kTurn = 1e-6;  // literal: of the linear momentum times the radius
-    return kTurn * body.mass * body.bounding_radius * (norm(x.v) + norm(fall));
+    return kTurn * data_.bodies[k].mass * recording_.bodies[k].bounding_radius *
+           (norm(x.v) + norm(fall));
   }
 
   const Recording& recording_;
+  const LawData& data_;
   FlightLaw law_;
   std::vector<std::vector<Known>> left_;  // by body
 };
@@ -159,11 +192,11 @@ class FlightChecker {
 
 class ContactChecker {
  public:
-  explicit ContactChecker(const Recording& recording)
-      : recording_(recording), known_(recording.bodies.size()) {}
+  ContactChecker(const Recording& recording, const LawData& data)
+      : recording_(recording), data_(data), known_(recording.bodies.size()) {}
 
   ContactLaw run() {
-    for (const Change& change : recording_.changes) check(change);
+    for (const Change& change : data_.changes) check(change);
     return law_;
   }
 
@@ -207,13 +240,8 @@ class ContactChecker {
     if (change.kind == Change::Kind::Move) check_moves(change, members);
   }
 
-  // Impulses of a move act at its start, the others at the end of their time.
-  static double time_of(const Change& change) {
-    return change.kind == Change::Kind::Move ? change.begin : change.end;
-  }
-
   Members members_of(const Change& change) {
-    const double t = time_of(change);
+    const double t = change.time();
     std::map<std::uint32_t, Momentum> before;
     Members members;
     for (const MomentumRow& row : change.momenta) {
@@ -238,9 +266,14 @@ class ContactChecker {
       const Pose X = segment->pose(t);
       const double middle = change.begin + (change.end - change.begin) / 2;
       const Mat R = change.kind == Change::Kind::Move ? segment->pose(middle).R : X.R;
-      members.insert(
-          {row.body,
-           Member{start, {row.v, row.L}, X * body.center_of_mass, Inertia(body, R), {}, {}, 0, 0}});
+      members.insert({row.body, Member{start,
+                                       {row.v, row.L},
+                                       X * body.center_of_mass,
+                                       Inertia(data_.bodies[row.body], R),
+                                       {},
+                                       {},
+                                       0,
+                                       0}});
     }
     return members;
   }
@@ -248,16 +281,17 @@ class ContactChecker {
   // A velocity before a change that is not the last one is that of a flight in between.
   void check_continuity(const Change& change, const MomentumRow& row) {
     const RecordedBody& body = recording_.bodies[row.body];
-    const double t = time_of(change);
+    const double t = change.time();
     const Segment* segment = body.segment(t, true);
-    const bool has_flown = segment != nullptr && segment->kind == Segment::Kind::Cubic &&
+    const bool has_flown = segment != nullptr && segment->is_flight() &&
                            (!known_[row.body] || known_[row.body]->t < t);
     if (!has_flown) {
       if (known_[row.body]) fault(change, row.body, row.body, "its velocity jumps");
       return;
     }
-    if (body.material(t).has_wrench) return;
-    const Momentum at = momentum_at(body, *segment, t);
+    const BodyLaw& law = data_.bodies[row.body];
+    if (law.material(t).has_wrench) return;
+    const Momentum at = momentum_at(body, law, *segment, t);
     const double speed = std::max(norm(row.v), norm(at.v));
     law_.gap.take(ratio(norm(row.v - at.v), speed), t, row.body, row.body);
   }
@@ -279,9 +313,9 @@ class ContactChecker {
     }
     if (change.kind == Change::Kind::Impact) return;
     const double half = (change.end - change.begin) / 2;
-    const Vec gravity = recording_.rules_at(change.begin).gravity;
+    const Vec gravity = data_.gravity(change.begin);
     for (auto& [k, member] : members) {
-      const RecordedBody& body = recording_.bodies[k];
+      const BodyLaw& body = data_.bodies[k];
       if (has_wrench.contains(k)) continue;
       if (body.material(change.begin).has_wrench)
         fault(change, k, k, "nothing says what its own wrench did");
@@ -315,16 +349,17 @@ class ContactChecker {
   }
 
   void check_balance(const Change& change, std::uint32_t k, const Member& member) {
-    const RecordedBody& body = recording_.bodies[k];
-    const double t = time_of(change);
+    const BodyLaw& body = data_.bodies[k];
+    const double t = change.time();
     const Vec dp = body.mass * (member.after.v - member.before.v) - member.impulse;
     const Vec dL = member.after.L - member.before.L - member.angular;
     // Beside the impulses, the rounding of the momenta themselves and of the time gravity acts for.
-    const double fall = std::abs(t) * norm(recording_.rules_at(change.begin).gravity);
+    const double fall = std::abs(t) * norm(data_.gravity(change.begin));
     const double p_noise =
         kNoise * body.mass * (norm(member.before.v) + norm(member.after.v) + fall);
-    const double L_noise = kNoise * (norm(member.before.L) + norm(member.after.L) +
-                                     member.size * (norm(member.center) + body.bounding_radius));
+    const double L_noise =
+        kNoise * (norm(member.before.L) + norm(member.after.L) +
+                  member.size * (norm(member.center) + recording_.bodies[k].bounding_radius));
     const double linear = norm(on_free_axes(dp, body.locked_translation)) - p_noise;
     const double angular = norm(on_free_axes(dL, body.locked_rotation)) - L_noise;
     law_.linear.take(linear <= 0 ? 0 : ratio(linear, member.size), t, k, k);
@@ -347,13 +382,13 @@ class ContactChecker {
       return Rates{rate(member->second.before), rate(member->second.after)};
     }
     const RecordedBody& body = recording_.bodies[k];
-    const double t = time_of(change);
+    const double t = change.time();
     const Segment* segment = body.segment(t, change.kind == Change::Kind::End);
     if (segment == nullptr) return std::nullopt;
     // Prescribed: over a move the mean velocity.
-    Velocity velocity = segment->velocity(t);
+    Velocity velocity = velocity_at(*segment, t);
     const Pose X = segment->pose(t);
-    if (change.kind == Change::Kind::Move && segment->kind != Segment::Kind::Rest) {
+    if (change.kind == Change::Kind::Move && !segment->rests()) {
       const Pose Y = segment->pose(change.end);
       const double tau = change.end - change.begin;
       velocity = {(1 / tau) * (Y.p - X.p), (1 / tau) * rotation_vector(Y.R * transpose(X.R))};
@@ -370,7 +405,7 @@ class ContactChecker {
     for (const auto& [k, member] : members) {
       energy += member.inertia.energy(member.before);
       fastest = std::max({fastest, norm(member.before.v), norm(member.after.v),
-                          ratio(member.size, recording_.bodies[k].mass)});
+                          ratio(member.size, data_.bodies[k].mass)});
     }
     double work = 0;
     bool has_all = true;
@@ -397,13 +432,13 @@ class ContactChecker {
   void check_cone(const Change& change, const ContactRow& row, double largest) {
     const double normal = dot(row.impulse, row.n);
     const double tangential = norm(row.impulse - normal * row.n);
-    const double t = time_of(change);
+    const double t = change.time();
     law_.cone.take(ratio(std::max(-normal, 0.0), largest), t, row.a, row.b);
     if (std::isnan(row.friction)) {  // a function of the sliding velocity
       ++law_.without_law;
       return;
     }
-    const double own = recording_.pair_material(row.a, row.b, change.begin).friction;
+    const double own = data_.pair_material(recording_, row.a, row.b, change.begin).friction;
     if (!(std::abs(row.friction - own) <= kSame * own))
       fault(change, row.a, row.b, "its coefficient of friction is not that of the pair");
     const double outside = tangential - row.friction * std::max(normal, 0.0);
@@ -413,13 +448,13 @@ class ContactChecker {
   // Either the impulse is as good as none, or the contact has the velocity asked for.
   void check_signorini(const Change& change, const ContactRow& row, const Rates& rate,
                        double fastest, double largest) {
-    const double t = time_of(change);
+    const double t = change.time();
     const double after = dot(rate.after, row.n);
     law_.complementarity.take(std::min(ratio(std::abs(after - row.target), fastest),
                                        ratio(dot(row.impulse, row.n), largest)),
                               t, row.a, row.b);
     if (change.kind != Change::Kind::Impact || !(row.target > 0)) return;
-    const double e = recording_.pair_material(row.a, row.b, change.begin).restitution;
+    const double e = data_.pair_material(recording_, row.a, row.b, change.begin).restitution;
     const double approach = -dot(rate.before, row.n);
     const double more = row.target - e * std::max(approach, 0.0);
     law_.restitution.take(more <= 0 ? 0 : ratio(more, std::abs(approach)), t, row.a, row.b);
@@ -431,9 +466,9 @@ class ContactChecker {
       const RecordedBody& body = recording_.bodies[k];
       const Segment* segment = body.segment(change.begin);
       if (segment == nullptr) continue;
-      if (segment->begin > change.begin || segment->kind == Segment::Kind::Cubic)
+      if (segment->begin > change.begin || segment->is_flight())
         fault(change, k, k, "its motion is not that of a substep");
-      const Momentum moved = momentum_at(body, *segment, change.begin);
+      const Momentum moved = momentum_at(body, data_.bodies[k], *segment, change.begin);
       const double tau = change.end - change.begin;
       law_.recovery.take(tau * norm(moved.v - member.after.v), change.begin, k, k);
     }
@@ -445,10 +480,11 @@ class ContactChecker {
     if (law_.fault_count++ >= std::int64_t(kMostFaults)) return;
     std::string text = recording_.bodies[a].name;
     if (b != a) text += " and " + recording_.bodies[b].name;
-    law_.faults.push_back(text + " at t = " + std::to_string(time_of(change)) + ": " + what);
+    law_.faults.push_back(text + " at t = " + std::to_string(change.time()) + ": " + what);
   }
 
   const Recording& recording_;
+  const LawData& data_;
   ContactLaw law_;
   std::vector<std::optional<Known>> known_;  // by body
 };
@@ -471,12 +507,12 @@ bool ContactLaw::holds() const {
          fault_count == 0;
 }
 
-FlightLaw check_flights(const Recording& recording) {
-  return FlightChecker(recording).run();
+FlightLaw check_flights(const Recording& recording, const LawData& data) {
+  return FlightChecker(recording, data).run();
 }
 
-ContactLaw check_contacts(const Recording& recording) {
-  return ContactChecker(recording).run();
+ContactLaw check_contacts(const Recording& recording, const LawData& data) {
+  return ContactChecker(recording, data).run();
 }
 
 }  // namespace dyop_check
