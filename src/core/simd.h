@@ -101,6 +101,68 @@ struct OneFloat {
   friend DYOP_INLINE OneFloat select(Mask m, OneFloat x, OneFloat y) { return m.m ? x : y; }
 };
 
+#if defined(__AVX2__)  // and with AVX-512
+struct FourLanes {
+  static constexpr int kCount = 4;
+  struct Mask {
+    __m256d m;
+    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {_mm256_or_pd(x.m, y.m)}; }
+    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {_mm256_andnot_pd(y.m, x.m)}; }
+    DYOP_INLINE unsigned bits() const { return unsigned(_mm256_movemask_pd(m)); }
+  };
+  __m256d v;
+
+  FourLanes() = default;
+  DYOP_INLINE FourLanes(__m256d x) : v(x) {}
+  DYOP_INLINE explicit FourLanes(double x) : v(_mm256_set1_pd(x)) {}
+  static DYOP_INLINE FourLanes load(const float* from) {
+    return _mm256_cvtps_pd(_mm_loadu_ps(from));
+  }
+  static DYOP_INLINE FourLanes load(const double* from) { return _mm256_loadu_pd(from); }
+  static DYOP_INLINE FourLanes gather(const double* from, const int* at) {
+    return _mm256_set_pd(from[at[3]], from[at[2]], from[at[1]], from[at[0]]);
+  }
+  DYOP_INLINE void store(double* to) const { _mm256_storeu_pd(to, v); }
+  DYOP_INLINE void scatter(double* to, const int* at) const {
+    const __m128d low = _mm256_castpd256_pd128(v);
+    const __m128d high = _mm256_extractf128_pd(v, 1);
+    _mm_storel_pd(to + at[0], low);
+    _mm_storeh_pd(to + at[1], low);
+    _mm_storel_pd(to + at[2], high);
+    _mm_storeh_pd(to + at[3], high);
+  }
+
+  friend DYOP_INLINE FourLanes operator+(FourLanes x, FourLanes y) {
+    return _mm256_add_pd(x.v, y.v);
+  }
+  friend DYOP_INLINE FourLanes operator-(FourLanes x, FourLanes y) {
+    return _mm256_sub_pd(x.v, y.v);
+  }
+  friend DYOP_INLINE FourLanes operator*(FourLanes x, FourLanes y) {
+    return _mm256_mul_pd(x.v, y.v);
+  }
+  friend DYOP_INLINE FourLanes operator/(FourLanes x, FourLanes y) {
+    return _mm256_div_pd(x.v, y.v);
+  }
+  friend DYOP_INLINE FourLanes larger(FourLanes x, FourLanes y) { return _mm256_max_pd(x.v, y.v); }
+  friend DYOP_INLINE FourLanes smaller(FourLanes x, FourLanes y) { return _mm256_min_pd(x.v, y.v); }
+  friend DYOP_INLINE FourLanes magnitude(FourLanes x) {
+    return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
+  }
+  friend DYOP_INLINE FourLanes sqrt(FourLanes x) { return _mm256_sqrt_pd(x.v); }
+  friend DYOP_INLINE Mask operator>(FourLanes x, FourLanes y) {
+    return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
+  }
+  friend DYOP_INLINE Mask operator>=(FourLanes x, FourLanes y) {
+    return {_mm256_cmp_pd(x.v, y.v, _CMP_GE_OQ)};
+  }
+  friend DYOP_INLINE FourLanes select(Mask m, FourLanes x, FourLanes y) {
+    return _mm256_blendv_pd(y.v, x.v, m.m);
+  }
+};
+#endif
+
 #if defined(__AVX512F__)
 struct Lanes {
   static constexpr int kCount = 8;
@@ -140,43 +202,7 @@ struct Lanes {
   }
 };
 #elif defined(__AVX2__)
-struct Lanes {
-  static constexpr int kCount = 4;
-  struct Mask {
-    __m256d m;
-    friend DYOP_INLINE Mask operator&(Mask x, Mask y) { return {_mm256_and_pd(x.m, y.m)}; }
-    friend DYOP_INLINE Mask operator|(Mask x, Mask y) { return {_mm256_or_pd(x.m, y.m)}; }
-    friend DYOP_INLINE Mask without(Mask x, Mask y) { return {_mm256_andnot_pd(y.m, x.m)}; }
-    DYOP_INLINE unsigned bits() const { return unsigned(_mm256_movemask_pd(m)); }
-  };
-  __m256d v;
-
-  Lanes() = default;
-  DYOP_INLINE Lanes(__m256d x) : v(x) {}
-  DYOP_INLINE explicit Lanes(double x) : v(_mm256_set1_pd(x)) {}
-  static DYOP_INLINE Lanes load(const float* from) { return _mm256_cvtps_pd(_mm_loadu_ps(from)); }
-  DYOP_INLINE void store(double* to) const { _mm256_storeu_pd(to, v); }
-
-  friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm256_add_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes operator-(Lanes x, Lanes y) { return _mm256_sub_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes operator*(Lanes x, Lanes y) { return _mm256_mul_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes operator/(Lanes x, Lanes y) { return _mm256_div_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes larger(Lanes x, Lanes y) { return _mm256_max_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes smaller(Lanes x, Lanes y) { return _mm256_min_pd(x.v, y.v); }
-  friend DYOP_INLINE Lanes magnitude(Lanes x) {
-    return _mm256_andnot_pd(_mm256_set1_pd(-0.0), x.v);
-  }
-  friend DYOP_INLINE Lanes sqrt(Lanes x) { return _mm256_sqrt_pd(x.v); }
-  friend DYOP_INLINE Mask operator>(Lanes x, Lanes y) {
-    return {_mm256_cmp_pd(x.v, y.v, _CMP_GT_OQ)};
-  }
-  friend DYOP_INLINE Mask operator>=(Lanes x, Lanes y) {
-    return {_mm256_cmp_pd(x.v, y.v, _CMP_GE_OQ)};
-  }
-  friend DYOP_INLINE Lanes select(Mask m, Lanes x, Lanes y) {
-    return _mm256_blendv_pd(y.v, x.v, m.m);
-  }
-};
+using Lanes = FourLanes;
 #elif defined(__SSE2__)
 struct Lanes {
   static constexpr int kCount = 2;
@@ -195,7 +221,15 @@ struct Lanes {
   static DYOP_INLINE Lanes load(const float* from) {
     return _mm_set_pd(static_cast<double>(from[1]), static_cast<double>(from[0]));
   }
+  static DYOP_INLINE Lanes load(const double* from) { return _mm_loadu_pd(from); }
+  static DYOP_INLINE Lanes gather(const double* from, const int* at) {
+    return _mm_set_pd(from[at[1]], from[at[0]]);
+  }
   DYOP_INLINE void store(double* to) const { _mm_storeu_pd(to, v); }
+  DYOP_INLINE void scatter(double* to, const int* at) const {
+    _mm_storel_pd(to + at[0], v);
+    _mm_storeh_pd(to + at[1], v);
+  }
 
   friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm_add_pd(x.v, y.v); }
   friend DYOP_INLINE Lanes operator-(Lanes x, Lanes y) { return _mm_sub_pd(x.v, y.v); }
@@ -312,6 +346,14 @@ struct FloatLanes {
     return _mm_or_ps(_mm_and_ps(m.m, x.v), _mm_andnot_ps(m.m, y.v));
   }
 };
+#endif
+
+/// At most four lanes: what depends on how many numbers are taken together takes four, on any
+/// processor.
+#if defined(__AVX2__)
+using FewLanes = FourLanes;
+#else
+using FewLanes = Lanes;
 #endif
 
 /// x with its sign flipped where s < 0 (+-0 counts as positive).

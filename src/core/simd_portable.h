@@ -56,7 +56,20 @@ struct VectorLanes {
     __builtin_memcpy(&x, from, sizeof(x));
     return __builtin_convertvector(x, Vector);
   }
+  static DYOP_INLINE VectorLanes load(const double* from) {
+    VectorLanes x;
+    for (int k = 0; k < kCount; ++k) x.v[k] = static_cast<Real>(from[k]);
+    return x;
+  }
+  static DYOP_INLINE VectorLanes gather(const Real* from, const int* at) {
+    VectorLanes x;
+    for (int k = 0; k < kCount; ++k) x.v[k] = from[at[k]];
+    return x;
+  }
   DYOP_INLINE void store(Real* to) const { __builtin_memcpy(to, &v, sizeof(v)); }
+  DYOP_INLINE void scatter(Real* to, const int* at) const {
+    for (int k = 0; k < kCount; ++k) to[at[k]] = v[k];
+  }
   static DYOP_INLINE BitVector sign() { return VectorLanes(Real(-0.0)).as_bits(); }
   DYOP_INLINE BitVector as_bits() const { return reinterpret_cast<BitVector>(v); }
 

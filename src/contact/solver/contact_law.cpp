@@ -61,7 +61,7 @@ Vector2 clip(const Vector2& p, Scalar bound) {
 
 // Whether the normal and the tangents act on velocities one by one and the tangents alike, as where
 // the line of a contact goes through both centres of mass: spheres.
-bool is_uncoupled(const Matrix3& W) {
+bool has_no_coupling(const Matrix3& W) {
   const Scalar noise = kContactMobilityNoise * W.trace();
   const Scalar largest = std::max(
       {std::abs(W(1, 0)), std::abs(W(2, 0)), std::abs(W(2, 1)), std::abs(W(1, 1) - W(2, 2))});
@@ -72,7 +72,7 @@ bool is_uncoupled(const Matrix3& W) {
 
 LocalContact::LocalContact(const Matrix3& W) : normal_inverse_(1 / W(0, 0)) {
   const Scalar noise = kContactMobilityNoise * W.trace();  // handles a locked direction
-  is_uncoupled_ = is_uncoupled(W);
+  is_uncoupled_ = has_no_coupling(W);
   tangential_ = W(1, 1) + noise;
   tangential_inverse_ = 1 / tangential_;
   coupling_ = W.block<2, 1>(1, 0) * normal_inverse_;

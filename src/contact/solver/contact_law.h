@@ -32,6 +32,11 @@ class LocalContact {
   // the result (0: sticks or separates), unless there is a closed form, which leaves it alone.
   Vector3 solve(const Vector3& q, Scalar friction, Scalar& slip) const;
 
+  // Whether normal and tangents act one by one and the tangents alike.
+  bool is_uncoupled() const { return is_uncoupled_; }
+  Scalar normal_inverse() const { return normal_inverse_; }
+  Scalar tangential() const { return tangential_; }
+
  private:
   Vector3 solve_uncoupled(const Vector3& q, Scalar friction) const;
   Vector3 solve_coupled(const Vector3& q, Scalar friction, Scalar& slip) const;

@@ -7,6 +7,7 @@
 
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_law.h"
+#include "contact/solver/contact_sweeps.h"
 #include "contact/solver/contact_system.h"
 #include "core/assert.h"
 
@@ -121,11 +122,13 @@ namespace dyop {
 
 using contact_internal::Block;
 using contact_internal::BlockKind;
+using contact_internal::ContactSweeps;
 using contact_internal::ContactSystem;
 using contact_internal::FreeRows;
 using contact_internal::Vector6;
 
 struct GaussSeidelSolver::Memory {
+  ContactSweeps sweeps;
   FreeRows rows;
   // Values before the sweep, and the conjugate directions, of impulses and velocities.
   std::vector<Vector3> old_lambda, step_lambda;
@@ -229,6 +232,17 @@ Scalar sweep(ContactSystem& system, bool skips_rows) {
   return change;
 }
 
+void sweep_contacts(ContactSweeps& sweeps, int limit, const ContactSolverOptions& options,
+                    ContactReport& report) {
+  for (int i = 0; i < limit && !is_over(options.interrupt); ++i) {
+    ++report.sweeps;
+    const Scalar change = sweeps.sweep();
+    const bool is_near = change <= contact_internal::kNearChange * options.tolerance;
+    if (is_near && sweeps.residual() <= options.tolerance) return;
+    if (i + 1 < limit) sweeps.accelerate();
+  }
+}
+
 }  // namespace
 
 GaussSeidelSolver::GaussSeidelSolver() : memory_(std::make_unique<Memory>()) {}
@@ -238,6 +252,11 @@ void GaussSeidelSolver::improve(ContactSystem& system, const ContactSolverOption
                                 ContactReport& report) {
   const bool is_small = int(system.blocks().size()) <= options.few_contacts;
   const int limit = is_small ? options.few_sweep_limit : options.sweep_limit;
+  if (memory_->sweeps.begin(system)) {
+    sweep_contacts(memory_->sweeps, limit, options, report);
+    memory_->sweeps.write(system);
+    return;
+  }
   memory_->begin(system);
   FreeRows& rows = memory_->rows;
   // Not beside contacts: where their loads are not determined, as of jaws that hold something, rows

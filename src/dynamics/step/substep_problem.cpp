@@ -37,11 +37,11 @@ constexpr std::size_t kCoarseContactsPerBody = 3;
 constexpr Scalar kCoarseTolerance = 0.3;
 // More than kCrowdBodies without joints that move by so many rest offsets per step are a crowd that
 // falls or is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap
-// may lose in a substep, and sweeps find that sooner than factorisations. Found by measurement on
-// poured spheres.
+// may lose in a substep, and even so many sweeps find that sooner than factorisations. Found by
+// measurement on poured spheres.
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
-constexpr int kCrowdSweeps = 150;
+constexpr int kCrowdSweeps = 1000;
 // Also a large island in which something moves by so many rest offsets per step is solved by so many
 // sweeps first. Found by measurement on what poured spheres and boxes do until they lie.
 constexpr Scalar kMovingTravel = 10;
@@ -329,10 +329,11 @@ Scalar SubstepProblem::impact_tolerance(Scalar tau) const {
 }
 
 // Sweeps alone first, if asked for: what they do not solve, factorisations may.
-ContactReport SubstepProblem::solve_with(const ContactSolverOptions& options, bool sweeps_first) {
+ContactReport SubstepProblem::solve_with(const ContactSolverOptions& options, int first_sweeps) {
   ContactCascade& solver = run_.workspace().solver;
-  if (!sweeps_first || options.newton_limit == 0) return solver.solve(problem_, options);
+  if (first_sweeps == 0 || options.newton_limit == 0) return solver.solve(problem_, options);
   ContactSolverOptions sweeps = options;
+  sweeps.sweep_limit = std::max(sweeps.sweep_limit, first_sweeps);
   sweeps.newton_limit = 0;
   sweeps.admm_limit = 0;
   sweeps.cascade_rounds = 1;
@@ -361,7 +362,6 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
     options.patience = std::min(options.patience, kLargePatience);
   }
   if (is_crowd() && !is_impact) {
-    options.sweep_limit = std::max(options.sweep_limit, kCrowdSweeps);
     options.patience = std::min(options.patience, kLargePatience);
     options.cascade_rounds = std::min(options.cascade_rounds, 1);
   }
@@ -379,10 +379,11 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
   LimitInterrupt interrupt(run_.context().limits);
   if (!options.interrupt) options.interrupt = &interrupt;
   const PartTimer timing = run_.timer(&StepTimes::solve);
-  const bool sweeps_first = !is_impact && (is_crowd() || is_large_and_moves());
-  if (sweeps_first) options.sweep_limit = std::max(options.sweep_limit, kMovingSweeps);
-  slack_ = sweeps_first ? options.tolerance * tau : 0;
-  const ContactReport report = solve_with(options, sweeps_first);
+  int first_sweeps = 0;
+  if (!is_impact && is_large_and_moves()) first_sweeps = kMovingSweeps;
+  if (!is_impact && is_crowd()) first_sweeps = kCrowdSweeps;
+  slack_ = first_sweeps > 0 ? options.tolerance * tau : 0;
+  const ContactReport report = solve_with(options, first_sweeps);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;
   return report;

@@ -160,7 +160,7 @@ class SubstepProblem {
   Scalar recovery_cap(std::size_t contact, Scalar tau) const;  // largest target above zero
   Scalar target_of_substep(std::size_t contact, Scalar tau, bool recovers) const;
   Scalar tolerance(Scalar tau) const;
-  ContactReport solve_with(const ContactSolverOptions& options, bool sweeps_first);
+  ContactReport solve_with(const ContactSolverOptions& options, int first_sweeps);
   Scalar impact_tolerance(Scalar tau) const;
 
   struct TakenEnd {  // when the end of a contact was taken
