@@ -15,6 +15,7 @@
  *   Null options mean these defaults.
  * - Shapes and motions never change; objects that use them keep them alive. Queries may run in many
  *   threads at once; one world serves one thread at a time.
+ * - Files are read by the functions of dyop_c_io.h, a library of its own.
  */
 #include <math.h>
 #include <stddef.h>
@@ -37,7 +38,8 @@ typedef enum dyop_status {
   DYOP_UNSUPPORTED = 3,      /* a struct has fields that this library does not know */
   DYOP_OUT_OF_MEMORY = 4,
   DYOP_INTEGRATION_ERROR = 5, /* a wrench is not finite or cannot be integrated */
-  DYOP_INTERNAL_ERROR = 6     /* an error in dyop; the message holds the data to reproduce it */
+  DYOP_INTERNAL_ERROR = 6,    /* an error in dyop; the message holds the data to reproduce it */
+  DYOP_FILE_ERROR = 7         /* the message names the file, the place in it and the value */
 } dyop_status;
 
 typedef struct dyop_context dyop_context;
@@ -61,6 +63,18 @@ typedef struct dyop_obstacle_set {
 typedef struct dyop_chain {
   uint32_t index, generation;
 } dyop_chain;
+typedef struct dyop_joint_path {
+  uint32_t index, generation;
+} dyop_joint_path;
+typedef struct dyop_robot {
+  uint32_t index, generation;
+} dyop_robot;
+typedef struct dyop_deforming_mesh {
+  uint32_t index, generation;
+} dyop_deforming_mesh;
+typedef struct dyop_haptic_session {
+  uint32_t index, generation;
+} dyop_haptic_session;
 typedef struct dyop_snapshot {
   uint32_t index, generation;
 } dyop_snapshot;
@@ -378,6 +392,34 @@ DYOP_C_API dyop_status dyop_point_distance(dyop_context* context, dyop_shape sha
                                            const double* points, size_t count,
                                            dyop_point_result* results);
 
+/* --- Deforming meshes ------------------------------------------------------------------------- */
+
+/* Vertices, rows of three in world, move on straight lines from `begin` to `end` over the interval
+ * of each query. Queries may run in many threads at once; changes wait for them. */
+DYOP_C_API dyop_status dyop_deforming_mesh_create(dyop_context* context, const double* begin,
+                                                  const double* end, size_t vertex_count,
+                                                  const int32_t* triangles, size_t triangle_count,
+                                                  dyop_deforming_mesh* mesh);
+/* Other places of as many vertices. */
+DYOP_C_API dyop_status dyop_deforming_mesh_refit(dyop_context* context, dyop_deforming_mesh mesh,
+                                                 const double* begin, const double* end,
+                                                 size_t vertex_count);
+DYOP_C_API dyop_status dyop_deforming_mesh_destroy(dyop_context* context, dyop_deforming_mesh mesh);
+/* A is the deforming mesh, B a rigid mesh on a motion, or another deforming mesh. */
+DYOP_C_API dyop_status dyop_deforming_time_of_impact(dyop_context* context, dyop_deforming_mesh a,
+                                                     dyop_shape b, dyop_motion motion_b,
+                                                     dyop_interval interval,
+                                                     const dyop_toi_options* options,
+                                                     dyop_toi_result* result);
+DYOP_C_API dyop_status dyop_deforming_pair_time_of_impact(
+    dyop_context* context, dyop_deforming_mesh a, dyop_deforming_mesh b, dyop_interval interval,
+    const dyop_toi_options* options, dyop_toi_result* result);
+/* Of surfaces, with A at a fraction of its interval, 0 to 1. */
+DYOP_C_API dyop_status dyop_deforming_distance(dyop_context* context, dyop_deforming_mesh a,
+                                               double fraction, dyop_shape b,
+                                               const dyop_pose* pose_b, double max_distance,
+                                               dyop_distance_result* result);
+
 /* --- Obstacles -------------------------------------------------------------------------------- */
 
 /* Many placed shapes, for queries of one body against all of them. Queries may run in many threads
@@ -427,6 +469,9 @@ typedef struct dyop_chain_joint {
   int32_t parent, child; /* numbers of links */
   dyop_pose origin;      /* of the joint in the parent's frame */
   double axis[3];        /* in the joint's frame */
+  int32_t has_limits;    /* 1 if set below */
+  int32_t reserved;
+  double lower, upper; /* radians or length; queries accept paths beyond */
 } dyop_chain_joint;
 
 typedef enum dyop_path_kind { DYOP_PATH_LINEAR = 0, DYOP_PATH_CUBIC = 1 } dyop_path_kind;
@@ -461,6 +506,97 @@ DYOP_C_API dyop_status dyop_certify(dyop_context* context, dyop_chain chain, int
                                     size_t waypoint_count, size_t coordinate_count,
                                     dyop_obstacle_set obstacles, const dyop_toi_options* options,
                                     dyop_chain_result* result);
+
+/* A path to keep; arguments as for dyop_certify. */
+DYOP_C_API dyop_status dyop_joint_path_create(dyop_context* context, int32_t kind,
+                                              const double* times, const double* waypoints,
+                                              size_t waypoint_count, size_t coordinate_count,
+                                              dyop_joint_path* path);
+DYOP_C_API dyop_status dyop_joint_path_destroy(dyop_context* context, dyop_joint_path path);
+DYOP_C_API dyop_status dyop_joint_path_domain(dyop_context* context, dyop_joint_path path,
+                                              dyop_interval* domain, size_t* coordinate_count);
+DYOP_C_API dyop_status dyop_joint_path_position(dyop_context* context, dyop_joint_path path,
+                                                double t, double* coordinates,
+                                                size_t coordinate_count);
+/* dyop_certify for many paths of one chain on several threads. `groups`: of obstacles that count.
+ * `results`: structs of the size of the first, one for each path. */
+DYOP_C_API dyop_status dyop_certify_batch(
+    dyop_context* context, dyop_chain chain, const dyop_joint_path* paths, size_t path_count,
+    dyop_obstacle_set obstacles, uint32_t groups, int32_t with_self_collision,
+    const dyop_toi_options* options, const dyop_batch_options* batch, dyop_chain_result* results);
+
+/* --- Robots ----------------------------------------------------------------------------------- */
+
+/* A chain and what a robot's files say beyond it: names, and joints that follow others. Its free
+ * coordinates are those of the joints that follow none. Files: dyop_c_io.h. */
+typedef struct dyop_robot_info {
+  uint32_t size;
+  uint32_t reserved;
+  uint64_t link_count;
+  uint64_t coordinate_count; /* of its chain */
+  uint64_t free_count;       /* of its free coordinates */
+} dyop_robot_info;
+
+/* Of a chain whose joints are all independent. */
+DYOP_C_API dyop_status dyop_robot_create(dyop_context* context, dyop_chain chain,
+                                         dyop_robot* robot);
+DYOP_C_API dyop_status dyop_robot_destroy(dyop_context* context, dyop_robot robot);
+/* A new handle of its chain, for dyop_certify_batch and others. */
+DYOP_C_API dyop_status dyop_robot_chain(dyop_context* context, dyop_robot robot, dyop_chain* chain);
+DYOP_C_API dyop_status dyop_robot_describe(dyop_context* context, dyop_robot robot,
+                                           dyop_robot_info* info);
+/* Names of a link, and of the joint of a free coordinate, as for dyop_last_error. */
+DYOP_C_API dyop_status dyop_robot_link_name(dyop_context* context, dyop_robot robot, size_t link,
+                                            char* text, size_t capacity);
+DYOP_C_API dyop_status dyop_robot_joint_name(dyop_context* context, dyop_robot robot,
+                                             size_t free_coordinate, char* text, size_t capacity);
+/* Of the free coordinates; infinite where there is none. */
+DYOP_C_API dyop_status dyop_robot_limits(dyop_context* context, dyop_robot robot, double* lower,
+                                         double* upper, size_t free_count);
+/* The coordinates of its chain, and the path of them, at free ones. */
+DYOP_C_API dyop_status dyop_robot_expand(dyop_context* context, dyop_robot robot,
+                                         const double* free_coordinates, size_t free_count,
+                                         double* coordinates, size_t coordinate_count);
+DYOP_C_API dyop_status dyop_robot_expand_path(dyop_context* context, dyop_robot robot,
+                                              dyop_joint_path free_path, dyop_joint_path* path);
+/* The robot that holds an object, in the frame of a link; it may touch that link and
+ * `touch_links`. */
+DYOP_C_API dyop_status dyop_robot_attach(dyop_context* context, dyop_robot robot, const char* name,
+                                         dyop_shape shape, size_t link, const dyop_pose* pose,
+                                         const size_t* touch_links, size_t touch_count,
+                                         dyop_robot* holding);
+
+typedef enum dyop_pair_verdict {
+  DYOP_PAIR_NEVER = 0,    /* proven: apart at all joint values */
+  DYOP_PAIR_ALWAYS = 1,   /* proven: they touch at all joint values */
+  DYOP_PAIR_CAN = 2,      /* they touch at the witness */
+  DYOP_PAIR_UNDECIDED = 3 /* neither */
+} dyop_pair_verdict;
+
+typedef struct dyop_link_pair_options {
+  uint32_t size;
+  int32_t samples;   /* joint values to try per pair before the long search, >= 0 */
+  int64_t max_boxes; /* boxes of joint values to examine per pair, >= 1 */
+  double seconds;    /* after which the pairs that are left stay undecided; 0: no limit */
+} dyop_link_pair_options;
+
+typedef struct dyop_link_pair {
+  uint32_t size;
+  int32_t verdict;       /* dyop_pair_verdict */
+  int32_t first, second; /* numbers of links */
+  int32_t is_adjacent;   /* joined directly, or through links without shapes */
+  int32_t has_witness;
+  double touching_share;  /* of the sampled joint values */
+  double undecided_share; /* of the box of joint values */
+} dyop_link_pair;
+
+/* Decides for every pair of links with shapes whether they can touch within the limits of the
+ * joints; `capacity` and `count` as for dyop_world_impacts. `witnesses`: null, or for each pair
+ * that is written a row of the robot's free coordinates, set if has_witness. */
+DYOP_C_API dyop_status dyop_decide_link_pairs(dyop_context* context, dyop_robot robot,
+                                              const dyop_link_pair_options* options,
+                                              dyop_link_pair* pairs, size_t capacity, size_t* count,
+                                              double* witnesses);
 
 /* --- World ------------------------------------------------------------------------------------ */
 
@@ -789,6 +925,187 @@ DYOP_C_API dyop_status dyop_world_overlaps(dyop_context* context, dyop_world wor
                                            dyop_body* bodies, size_t capacity, size_t* count,
                                            size_t* proven);
 
+/* --- Haptic tools ----------------------------------------------------------------------------- */
+
+/* docs/haptics.md: a tool that follows a device as far as its path is proven free. */
+typedef enum dyop_obstacle_role {
+  DYOP_TISSUE = 0,      /* touched, with friction */
+  DYOP_HARD_REGION = 1, /* the tool stays at least the margin away */
+  DYOP_SOFT_REGION = 2, /* a force pushes back from the margin inwards */
+  DYOP_MONITOR = 3      /* only the clearance is reported */
+} dyop_obstacle_role;
+
+typedef enum dyop_haptic_status {
+  DYOP_HAPTIC_NOT_RUN = 0,
+  DYOP_HAPTIC_FREE = 1,          /* the tool is where the device is */
+  DYOP_HAPTIC_HELD = 2,          /* as near to it as contacts and regions allow */
+  DYOP_HAPTIC_BLOCKED = 3,       /* stopped short by a limit of the tick */
+  DYOP_HAPTIC_DEADLINE = 4,      /* the same, by the deadline or max_work */
+  DYOP_HAPTIC_TRAPPED = 5,       /* tissue closes in from all sides: it was stopped too */
+  DYOP_HAPTIC_RECOVERING = 6,    /* something was nearer than it may be, and is being left */
+  DYOP_HAPTIC_OVERLAPPING = 7,   /* something crosses the tool: not proven, and is being left */
+  DYOP_HAPTIC_INVALID_INPUT = 8, /* the tool stays, no wrench */
+  DYOP_HAPTIC_OUTLIER = 9        /* no hand moves that fast: the last pose counts */
+} dyop_haptic_status;
+
+typedef enum dyop_tool_contact_state {
+  DYOP_TOOL_CONTACT_OPEN = 0, /* near, without force */
+  DYOP_TOOL_CONTACT_STICK = 1,
+  DYOP_TOOL_CONTACT_SLIP = 2
+} dyop_tool_contact_state;
+
+/* A jaw turns about the z axis of a frame in the tool's. */
+typedef struct dyop_tool_hinge {
+  uint32_t size;
+  uint32_t reserved;
+  dyop_pose pose;
+  double angle;     /* at the start, radians */
+  double stiffness; /* torque per radian, > 0 */
+} dyop_tool_hinge;
+
+typedef struct dyop_tool_part {
+  uint32_t size;
+  int32_t hinge; /* number of its hinge; -1: fixed to the tool's frame */
+  dyop_shape shape;
+  dyop_pose pose; /* in the tool's frame while its hinge is at angle 0 */
+} dyop_tool_part;
+
+typedef struct dyop_tool_obstacle {
+  uint32_t size;
+  int32_t role; /* dyop_obstacle_role */
+  dyop_shape shape;
+  dyop_pose pose;
+  int32_t is_deforming; /* 1: a mesh whose vertices start there and move by snapshots */
+  int32_t reserved;
+  double margin;         /* length, >= 0 */
+  double friction;       /* tissue */
+  double soft_stiffness; /* soft region: force per length */
+} dyop_tool_obstacle;
+
+/* Spring and damper between device and tool, per axis of the world. A value: it will not grow. */
+typedef struct dyop_coupling {
+  double stiffness[3], damping[3];                       /* force per length, per velocity */
+  double rotational_stiffness[3], rotational_damping[3]; /* torque per radian, per rate */
+  double largest_force, largest_torque;                  /* > 0, may be infinite */
+  double device_damping, device_rotational_damping;
+  double period; /* of the loop, seconds */
+  int32_t bounds_energy;
+  int32_t reserved;
+} dyop_coupling;
+
+typedef struct dyop_haptic_options {
+  uint32_t size;
+  int32_t max_rounds, max_attempts, max_contacts;
+  double rest_offset;    /* gap of resting contacts, > 0 */
+  double recovery_speed; /* at which the tool leaves what it starts in, > 0 */
+  double clearance_tolerance;
+  int32_t clearance_work;
+  int32_t has_trocar; /* 1: the shaft passes a point */
+  int64_t max_work;
+  double largest_device_speed;
+  dyop_coupling coupling;
+  double trocar_point[3];               /* in world */
+  double shaft_point[3], shaft_axis[3]; /* in the tool's frame */
+} dyop_haptic_options;
+
+/* What a device gives. A value. */
+typedef struct dyop_device_pose {
+  dyop_pose pose;
+  double angles[4]; /* requested of the hinges */
+} dyop_device_pose;
+
+typedef struct dyop_haptic_tick {
+  uint32_t size;
+  int32_t status; /* dyop_haptic_status */
+  dyop_pose tool;
+  double angles[4];
+  double force[3], torque[3]; /* on the hand, about the device's origin */
+  double energy_returned;
+  double tissue_stopped, tissue_lag; /* seconds */
+  double time;                       /* at the end of the tick */
+  double latency;                    /* of the call, seconds */
+} dyop_haptic_tick;
+
+/* A place where the tool is held back. */
+typedef struct dyop_tool_contact {
+  uint32_t size;
+  int32_t obstacle; /* number of it */
+  int32_t part;     /* 0: all fixed parts; then one per hinge */
+  int32_t state;    /* dyop_tool_contact_state */
+  double point[3];  /* on the tool, in world */
+  double normal[3]; /* unit, from the obstacle to the tool */
+  double gap;
+  double force[3];          /* on the tool */
+  double obstacle_point[3]; /* on the obstacle */
+  int32_t triangle;         /* of a deforming mesh; -1: rigid */
+  int32_t reserved;
+  double weights[3]; /* of the triangle's corners in that point */
+} dyop_tool_contact;
+
+typedef struct dyop_tool_impulse {
+  uint32_t size;
+  int32_t obstacle;
+  double obstacle_point[3];
+  double impulse[3]; /* on the tool; the obstacle takes the opposite */
+  int32_t triangle;  /* of a deforming mesh; -1: rigid */
+  int32_t reserved;
+  double weights[3];
+} dyop_tool_impulse;
+
+typedef struct dyop_tool_clearance {
+  uint32_t size;
+  int32_t is_breached; /* 1: upper is below the margin */
+  double lower, upper; /* of the distance from one obstacle */
+  double tool_point[3], obstacle_point[3];
+  double time_to_breach; /* at least, at these velocities */
+} dyop_tool_clearance;
+
+/* `parts`, `hinges`, `obstacles`: structs of the size of the first; at most four hinges. */
+DYOP_C_API dyop_status dyop_haptic_session_create(dyop_context* context,
+                                                  const dyop_tool_part* parts, size_t part_count,
+                                                  const dyop_tool_hinge* hinges, size_t hinge_count,
+                                                  const dyop_tool_obstacle* obstacles,
+                                                  size_t obstacle_count, const dyop_pose* start,
+                                                  const dyop_haptic_options* options,
+                                                  dyop_haptic_session* session);
+DYOP_C_API dyop_status dyop_haptic_session_destroy(dyop_context* context,
+                                                   dyop_haptic_session session);
+/* One tick: follows the device to its new pose during dt, >= 0. What a device may do, jumps and
+ * NaN, ends in a status of the tick. `seconds`: deadline; 0: none. From one thread, which also
+ * calls what follows up to dyop_haptic_reset. */
+DYOP_C_API dyop_status dyop_haptic_update(dyop_context* context, dyop_haptic_session session,
+                                          const dyop_device_pose* device, double dt, double seconds,
+                                          dyop_haptic_tick* tick);
+/* Of the last tick; `capacity` and `count` as for dyop_world_impacts. Impulses are those of the
+ * whole tick. */
+DYOP_C_API dyop_status dyop_haptic_contacts(dyop_context* context, dyop_haptic_session session,
+                                            dyop_tool_contact* contacts, size_t capacity,
+                                            size_t* count);
+DYOP_C_API dyop_status dyop_haptic_impulses(dyop_context* context, dyop_haptic_session session,
+                                            dyop_tool_impulse* impulses, size_t capacity,
+                                            size_t* count);
+/* One for each obstacle. */
+DYOP_C_API dyop_status dyop_haptic_clearances(dyop_context* context, dyop_haptic_session session,
+                                              dyop_tool_clearance* clearances, size_t capacity,
+                                              size_t* count);
+/* Other springs, without giving energy to the hand. */
+DYOP_C_API dyop_status dyop_haptic_set_coupling(dyop_context* context, dyop_haptic_session session,
+                                                const dyop_coupling* coupling);
+/* Puts the tool elsewhere, as when it is exchanged; nothing is proven in between. */
+DYOP_C_API dyop_status dyop_haptic_reset(dyop_context* context, dyop_haptic_session session,
+                                         const dyop_device_pose* tool);
+/* The vertices, rows of three, that a deforming obstacle shall reach so many seconds after those
+ * given before; or another mesh, as after a cut. From one thread, which may be another one.
+ * `is_taken`: 0 if the obstacle has not yet started on the last ones; then nothing happens. */
+DYOP_C_API dyop_status dyop_haptic_give_snapshot(dyop_context* context, dyop_haptic_session session,
+                                                 size_t obstacle, const double* vertices,
+                                                 size_t vertex_count, double seconds,
+                                                 int32_t* is_taken);
+DYOP_C_API dyop_status dyop_haptic_give_mesh(dyop_context* context, dyop_haptic_session session,
+                                             size_t obstacle, const double* vertices,
+                                             size_t vertex_count, const int32_t* triangles,
+                                             size_t triangle_count, int32_t* is_taken);
+
 /* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */
@@ -806,7 +1123,8 @@ DYOP_C_API dyop_status dyop_world_overlaps(dyop_context* context, dyop_world wor
    DYOP_COMBINE_GEOMETRIC_MEAN, DYOP_COMBINE_MINIMUM, 0, -1, -1, 50, 0}
 #define DYOP_CHAIN_LINK_INIT {sizeof(dyop_chain_link), 0xFFFFFFFFu, {0, 0}, 0, 0}
 #define DYOP_CHAIN_JOINT_INIT \
-  {sizeof(dyop_chain_joint), DYOP_CHAIN_REVOLUTE, 0, 0, DYOP_POSE_IDENTITY, {0, 0, 1}}
+  {sizeof(dyop_chain_joint), DYOP_CHAIN_REVOLUTE, 0, 0, DYOP_POSE_IDENTITY, {0, 0, 1}, \
+   0, 0, 0, 0}
 #define DYOP_JOINT_DEFINITION_INIT \
   {sizeof(dyop_joint_definition), DYOP_JOINT_BALL, {0, 0}, {0, 0}, DYOP_POSE_IDENTITY, \
    DYOP_POSE_IDENTITY, 0, 0, 0, 0, {0, 0, 0, 0, 0}, 0, 0, 1.5707963267948966, \
@@ -815,6 +1133,16 @@ DYOP_C_API dyop_status dyop_world_overlaps(dyop_context* context, dyop_world wor
   {sizeof(dyop_body_filter), 0, 0xFFFFFFFFFFFFFFFFu, 0xFFFFFFFFFFFFFFFFu, NULL, NULL}
 #define DYOP_SPRING_DEFINITION_INIT \
   {sizeof(dyop_spring_definition), 0, {0, 0}, {0, 0}, {0, 0, 0}, {0, 0, 0}, -1, 0, 0}
+#define DYOP_LINK_PAIR_OPTIONS_INIT {sizeof(dyop_link_pair_options), 3000, 1000000, 0}
+#define DYOP_TOOL_HINGE_INIT {sizeof(dyop_tool_hinge), 0, DYOP_POSE_IDENTITY, 0, 0}
+#define DYOP_TOOL_PART_INIT {sizeof(dyop_tool_part), -1, {0, 0}, DYOP_POSE_IDENTITY}
+#define DYOP_TOOL_OBSTACLE_INIT \
+  {sizeof(dyop_tool_obstacle), DYOP_TISSUE, {0, 0}, DYOP_POSE_IDENTITY, 0, 0, 0, 0, 0}
+#define DYOP_COUPLING_INIT \
+  {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, HUGE_VAL, HUGE_VAL, 0, 0, 1e-3, 0, 0}
+#define DYOP_HAPTIC_OPTIONS_INIT \
+  {sizeof(dyop_haptic_options), 4, 4, 24, 0, 0, 0.02, 100, 0, 20000, HUGE_VAL, \
+   DYOP_COUPLING_INIT, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}}
 /* clang-format on */
 
 /* The same for languages that have no macros. `size`: of the struct, as the caller knows it. A size
@@ -831,6 +1159,11 @@ DYOP_C_API dyop_status dyop_spring_definition_init(dyop_spring_definition* value
 DYOP_C_API dyop_status dyop_body_filter_init(dyop_body_filter* value, uint32_t size);
 DYOP_C_API dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size);
 DYOP_C_API dyop_status dyop_chain_joint_init(dyop_chain_joint* value, uint32_t size);
+DYOP_C_API dyop_status dyop_link_pair_options_init(dyop_link_pair_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_tool_hinge_init(dyop_tool_hinge* value, uint32_t size);
+DYOP_C_API dyop_status dyop_tool_part_init(dyop_tool_part* value, uint32_t size);
+DYOP_C_API dyop_status dyop_tool_obstacle_init(dyop_tool_obstacle* value, uint32_t size);
+DYOP_C_API dyop_status dyop_haptic_options_init(dyop_haptic_options* value, uint32_t size);
 
 #ifdef __cplusplus
 }

@@ -83,16 +83,22 @@ struct RunningCall {
 
 }  // namespace
 
-WorldObject::WorldObject(WorldOptions options)
-    : world_([&] {
-        options.on_step = [this, on_step = options.on_step](Scalar t) {
-          if (!on_step) return;
-          is_between_steps_ = true;
-          on_step(t);
-          is_between_steps_ = false;
-        };
-        return World(options);
-      }()) {}
+WorldObject::WorldObject(const WorldOptions& options)
+    : WorldObject(
+          [&](OnStep on_step) {
+            WorldOptions own = options;
+            own.on_step = std::move(on_step);
+            return World(own);
+          },
+          options.on_step) {}
+
+WorldObject::WorldObject(const std::function<World(OnStep)>& make, OnStep on_step)
+    : world_(make([this, on_step = std::move(on_step)](Scalar t) {
+        if (!on_step) return;
+        is_between_steps_ = true;
+        on_step(t);
+        is_between_steps_ = false;
+      })) {}
 
 World& WorldObject::to_change() {
   const std::lock_guard lock(mutex_);
@@ -153,6 +159,22 @@ AdvanceReport WorldObject::advance(Scalar dt, const AdvanceLimits& limits) {
   return report;
 }
 
+thread_local const Reading* Reading::innermost_ = nullptr;
+
+Reading::Reading(const ReadObject& object, bool locks)
+    : object_(object), outer_(innermost_), lock_(object.mutex, std::defer_lock) {
+  if (locks) lock_.lock();
+  innermost_ = this;
+}
+
+std::unique_lock<std::shared_mutex> Reading::change(const ReadObject& object) {
+  for (const Reading* query = innermost_; query; query = query->outer_) {
+    DYOP_REQUIRE(&query->object_ != &object,
+                 "a callback cannot change what the query that calls it reads");
+  }
+  return std::unique_lock(object.mutex);
+}
+
 std::chrono::steady_clock::time_point deadline_after(double seconds) {
   DYOP_REQUIRE(seconds > 0, "seconds must be > 0, not ", seconds);
   using Clock = std::chrono::steady_clock;
@@ -187,6 +209,8 @@ dyop_status guard(dyop_context* context, const std::function<void()>& call) {
     return fail(DYOP_STALE_HANDLE, error.what());
   } catch (const Unsupported& error) {
     return fail(DYOP_UNSUPPORTED, error.what());
+  } catch (const FileFailure& error) {
+    return fail(DYOP_FILE_ERROR, error.what());
   } catch (const InvalidArgument& error) {
     return fail(DYOP_INVALID_ARGUMENT, error.what());
   } catch (const IntegrationError& error) {
@@ -221,6 +245,24 @@ std::shared_ptr<dyop::c::ObstacleObject> dyop_context::obstacle_set(
 
 std::shared_ptr<const dyop::KinematicChain> dyop_context::chain(dyop_chain handle) const {
   return dyop::c::find(*this, chains, handle, "chain");
+}
+
+std::shared_ptr<const dyop::JointPath> dyop_context::joint_path(dyop_joint_path handle) const {
+  return dyop::c::find(*this, joint_paths, handle, "joint path");
+}
+
+std::shared_ptr<const dyop::Robot> dyop_context::robot(dyop_robot handle) const {
+  return dyop::c::find(*this, robots, handle, "robot");
+}
+
+std::shared_ptr<dyop::c::DeformingObject> dyop_context::deforming_mesh(
+    dyop_deforming_mesh handle) const {
+  return dyop::c::find(*this, deforming_meshes, handle, "deforming mesh");
+}
+
+std::shared_ptr<dyop::HapticSession> dyop_context::haptic_session(
+    dyop_haptic_session handle) const {
+  return dyop::c::find(*this, haptic_sessions, handle, "haptic session");
 }
 
 std::shared_ptr<const dyop::WorldSnapshot> dyop_context::snapshot(dyop_snapshot handle) const {
@@ -283,6 +325,8 @@ const char* dyop_status_text(dyop_status status) {
       return "integration error";
     case DYOP_INTERNAL_ERROR:
       return "internal error";
+    case DYOP_FILE_ERROR:
+      return "file error";
   }
   return "unknown status";
 }
@@ -342,4 +386,24 @@ dyop_status dyop_chain_link_init(dyop_chain_link* value, uint32_t size) {
 
 dyop_status dyop_chain_joint_init(dyop_chain_joint* value, uint32_t size) {
   return dyop::c::write_defaults<dyop_chain_joint>(DYOP_CHAIN_JOINT_INIT, value, size);
+}
+
+dyop_status dyop_link_pair_options_init(dyop_link_pair_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_link_pair_options>(DYOP_LINK_PAIR_OPTIONS_INIT, value, size);
+}
+
+dyop_status dyop_tool_hinge_init(dyop_tool_hinge* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_tool_hinge>(DYOP_TOOL_HINGE_INIT, value, size);
+}
+
+dyop_status dyop_tool_part_init(dyop_tool_part* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_tool_part>(DYOP_TOOL_PART_INIT, value, size);
+}
+
+dyop_status dyop_tool_obstacle_init(dyop_tool_obstacle* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_tool_obstacle>(DYOP_TOOL_OBSTACLE_INIT, value, size);
+}
+
+dyop_status dyop_haptic_options_init(dyop_haptic_options* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_haptic_options>(DYOP_HAPTIC_OPTIONS_INIT, value, size);
 }

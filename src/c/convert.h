@@ -4,12 +4,18 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <stop_token>
+#include <vector>
 
 #include "c/sized_struct.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/distance/distance.h"
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dyop_c.h"
+#include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/motion.h"
+#include "dyop/toi/obstacle_set.h"
 #include "dyop/toi/time_of_impact.h"
 #include "dyop/toi/toi_result.h"
 
@@ -123,10 +129,28 @@ inline dyop_toi_result toi_result(const ToiResult& found) {
   return result;
 }
 
+inline BatchOptions batch_options_from(const dyop_batch_options* given, std::stop_source& stop) {
+  const auto c =
+      read_struct<dyop_batch_options>(given, DYOP_BATCH_OPTIONS_INIT, "dyop_batch_options");
+  BatchOptions options;
+  options.thread_count = c.thread_count;
+  options.stop = stop.get_token();
+  if (c.progress) {
+    options.progress = [c, &stop](std::size_t done, std::size_t total) {
+      if (c.progress(c.user, done, total) != 0) stop.request_stop();
+    };
+  }
+  return options;
+}
+
 // Numbers of obstacles, joints and springs start at 1, so that zero refers to none.
 template <typename Handle, typename Id>
 Handle numbered(Id id) {
   return {std::uint64_t(id) + 1};
+}
+
+inline dyop_obstacle handle_of(const std::optional<ObstacleId>& id) {
+  return id ? numbered<dyop_obstacle>(*id) : dyop_obstacle{};
 }
 
 // Handles of bodies start at generation 1, so that zero refers to none.
@@ -138,11 +162,40 @@ inline BodyId body_from(dyop_body body) {
   return BodyId(body.index, body.generation - 1);
 }
 
+// Rows of three, which throws InvalidArgument if there are none to read.
+inline std::vector<Vector3> rows_from(const double* numbers, std::size_t count, const char* what) {
+  DYOP_REQUIRE(numbers || count == 0, what, " must not be null");
+  std::vector<Vector3> rows;
+  for (std::size_t i = 0; i < count; ++i) {
+    rows.emplace_back(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
+  }
+  return rows;
+}
+
+// Rows of three numbers of vertices.
+inline std::vector<TriangleIndices> triangles_from(const std::int32_t* numbers, std::size_t count) {
+  DYOP_REQUIRE(numbers || count == 0, "triangles must not be null");
+  std::vector<TriangleIndices> rows;
+  for (std::size_t i = 0; i < count; ++i) {
+    rows.push_back({numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]});
+  }
+  return rows;
+}
+
 // Throws InvalidArgument.
 template <typename Pointer>
 Pointer* require_given(Pointer* pointer, const char* what) {
   DYOP_REQUIRE(pointer, what, " must not be null");
   return pointer;
+}
+
+// As many entries of a list as the caller has space for.
+template <typename Struct>
+void hand_over(const std::vector<Struct>& list, Struct* out, std::size_t capacity,
+               std::size_t* count, const char* what) {
+  auto array = sized_array(out, capacity, what);
+  for (std::size_t i = 0; i < std::min(capacity, list.size()); ++i) array.write(i, list[i]);
+  *require_given(count, "count") = list.size();
 }
 
 }  // namespace dyop::c

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <functional>
 #include <stop_token>
 
 #include "c/context.h"
 #include "c/convert.h"
-#include "dyop/chain/certify_chain.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/point_distance.h"
+#include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop::c {
@@ -18,20 +20,6 @@ static_assert(int(DistanceStatus::Overlapping) == DYOP_DISTANCE_OVERLAPPING);
 static_assert(int(ToiStatus::NumericalLimit) == DYOP_TOI_NUMERICAL_LIMIT);
 static_assert(int(ToiStatus::InitiallyWithinTarget) == DYOP_TOI_INITIALLY_WITHIN_TARGET);
 static_assert(int(ToiStatus::Impact) == DYOP_TOI_IMPACT);
-
-BatchOptions options_from(const dyop_batch_options* given, std::stop_source& stop) {
-  const auto c =
-      read_struct<dyop_batch_options>(given, DYOP_BATCH_OPTIONS_INIT, "dyop_batch_options");
-  BatchOptions options;
-  options.thread_count = c.thread_count;
-  options.stop = stop.get_token();
-  if (c.progress) {
-    options.progress = [c, &stop](std::size_t done, std::size_t total) {
-      if (c.progress(c.user, done, total) != 0) stop.request_stop();
-    };
-  }
-  return options;
-}
 
 // Queries, and the shapes and motions kept alive while they run.
 struct KeptShapes {
@@ -79,15 +67,6 @@ void run_impacts(dyop_context& context, const dyop_toi_query* queries, std::size
   for (std::size_t i = 0; i < count; ++i) out.write(i, toi_result(found[i]));
 }
 
-std::vector<Vector3> rows_from(const double* numbers, std::size_t count, const char* what) {
-  DYOP_REQUIRE(numbers || count == 0, what, " must not be null");
-  std::vector<Vector3> rows;
-  for (std::size_t i = 0; i < count; ++i) {
-    rows.emplace_back(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
-  }
-  return rows;
-}
-
 dyop_point_result point_result(const PointDistance& found) {
   dyop_point_result result{};
   result.triangle = found.triangle.value_or(-1);
@@ -107,73 +86,10 @@ ObstacleId find_obstacle(const ObstacleSet& set, dyop_obstacle obstacle) {
   return id;
 }
 
-dyop_obstacle handle_of(const std::optional<ObstacleId>& id) {
-  return id ? numbered<dyop_obstacle>(*id) : dyop_obstacle{};
-}
-
-std::vector<Link> links_from(const dyop_context& context, const dyop_chain_link* links,
-                             std::size_t count) {
-  const auto in = sized_array(links, count, "dyop_chain_link");
-  std::vector<Link> list;
-  for (std::size_t i = 0; i < count; ++i) {
-    const dyop_chain_link given = in.read(i);
-    Link link;
-    link.name = std::to_string(i);
-    if (given.shape.generation != 0) link.shape = context.shape(given.shape);
-    link.is_solid = given.is_solid != 0;
-    link.groups = given.groups;
-    list.push_back(std::move(link));
-  }
-  return list;
-}
-
-std::vector<Joint> joints_from(const dyop_chain_joint* joints, std::size_t count) {
-  const auto in = sized_array(joints, count, "dyop_chain_joint");
-  std::vector<Joint> list;
-  for (std::size_t i = 0; i < count; ++i) {
-    const dyop_chain_joint given = in.read(i);
-    DYOP_REQUIRE(given.type >= DYOP_CHAIN_FIXED && given.type <= DYOP_CHAIN_PRISMATIC,
-                 "type of joint ", i, " must be a dyop_chain_joint_type, not ", given.type);
-    Joint joint;
-    joint.name = std::to_string(i);
-    joint.type = static_cast<JointType>(given.type);
-    joint.parent = std::to_string(given.parent);
-    joint.child = std::to_string(given.child);
-    joint.X_PJ = pose_from(given.origin);
-    joint.axis_J = vector_from(given.axis);
-    list.push_back(std::move(joint));
-  }
-  return list;
-}
-
-JointPath path_from(std::int32_t kind, const double* times, const double* waypoints,
-                    std::size_t waypoint_count, std::size_t coordinate_count) {
-  DYOP_REQUIRE(kind == DYOP_PATH_LINEAR || kind == DYOP_PATH_CUBIC,
-               "kind of a path must be DYOP_PATH_LINEAR or DYOP_PATH_CUBIC, not ", kind);
-  DYOP_REQUIRE(times && waypoints, "times and waypoints must not be null");
-  std::vector<JointVector> points;
-  for (std::size_t i = 0; i < waypoint_count; ++i) {
-    points.emplace_back(Eigen::Map<const JointVector>(waypoints + i * coordinate_count,
-                                                      Eigen::Index(coordinate_count)));
-  }
-  const std::span<const Scalar> when(times, waypoint_count);
-  return kind == DYOP_PATH_LINEAR ? JointPath::linear(when, points)
-                                  : JointPath::cubic(when, points);
-}
-
-dyop_chain_result chain_result(const ChainResult& found) {
-  dyop_chain_result result{};
-  result.status = int(found.toi.status);
-  result.t_safe = found.toi.t_safe;
-  result.free_fraction = found.free_fraction;
-  result.link_a = found.link_a ? std::int32_t(*found.link_a) : -1;
-  result.link_b = found.link_b ? std::int32_t(*found.link_b) : -1;
-  result.obstacle = handle_of(found.obstacle);
-  if (found.toi.contact) {
-    result.has_contact = 1;
-    result.witness = to_c(static_cast<const WitnessPair&>(*found.toi.contact));
-  }
-  return result;
+const TriangleMesh& mesh_of(const Shape& shape) {
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+  DYOP_REQUIRE(mesh, "b must be a mesh: a deforming mesh meets no other shapes");
+  return *mesh;
 }
 
 BatchOptions alone() {
@@ -252,7 +168,7 @@ dyop_status dyop_distance_batch(dyop_context* context, const dyop_distance_query
   return guard(context, [&] {
     std::stop_source stop;
     dyop::c::run_distances(*context, queries, count, dyop::c::distance_options_from(options),
-                           dyop::c::options_from(batch, stop), results);
+                           dyop::c::batch_options_from(batch, stop), results);
   });
 }
 
@@ -262,7 +178,7 @@ dyop_status dyop_time_of_impact_batch(dyop_context* context, const dyop_toi_quer
   return guard(context, [&] {
     std::stop_source stop;
     dyop::c::run_impacts(*context, queries, count, dyop::c::toi_options_from(options),
-                         dyop::c::options_from(batch, stop), results);
+                         dyop::c::batch_options_from(batch, stop), results);
   });
 }
 
@@ -282,7 +198,7 @@ dyop_status dyop_obstacle_add(dyop_context* context, dyop_obstacle_set set, dyop
     require_given(obstacle, "obstacle");
     const auto object = context->obstacle_set(set);
     dyop::Obstacle added{context->shape(shape), context->motion(motion), groups, is_solid != 0};
-    const std::unique_lock lock(object->mutex);
+    const auto lock = dyop::c::Reading::change(*object);
     *obstacle = dyop::c::numbered<dyop_obstacle>(object->set.add(std::move(added)));
   });
 }
@@ -292,7 +208,7 @@ dyop_status dyop_obstacle_move(dyop_context* context, dyop_obstacle_set set, dyo
   return guard(context, [&] {
     const auto object = context->obstacle_set(set);
     const auto onto = context->motion(motion);
-    const std::unique_lock lock(object->mutex);
+    const auto lock = dyop::c::Reading::change(*object);
     object->set.move(dyop::c::find_obstacle(object->set, obstacle), onto);
   });
 }
@@ -301,7 +217,7 @@ dyop_status dyop_obstacle_remove(dyop_context* context, dyop_obstacle_set set,
                                  dyop_obstacle obstacle) {
   return guard(context, [&] {
     const auto object = context->obstacle_set(set);
-    const std::unique_lock lock(object->mutex);
+    const auto lock = dyop::c::Reading::change(*object);
     object->set.remove(dyop::c::find_obstacle(object->set, obstacle));
   });
 }
@@ -318,7 +234,7 @@ dyop_status dyop_first_impact(dyop_context* context, dyop_obstacle_set set, dyop
     const auto path = context->motion(motion);
     dyop::ObstacleFilter filter;
     filter.groups = groups;
-    const std::shared_lock lock(object->mutex);
+    const dyop::c::Reading reading(*object);
     const dyop::ObstacleImpact found =
         object->set.first_impact(*shape, *path, dyop::c::interval_from(interval),
                                  dyop::c::toi_options_from(options), filter);
@@ -338,7 +254,7 @@ dyop_status dyop_nearest_obstacle(dyop_context* context, dyop_obstacle_set set, 
     const auto shape = context->shape(body);
     dyop::ObstacleFilter filter;
     filter.groups = groups;
-    const std::shared_lock lock(object->mutex);
+    const dyop::c::Reading reading(*object);
     const dyop::NearestObstacle found =
         object->set.nearest(*shape, dyop::c::pose_from(*require_given(pose, "pose")), t,
                             dyop::c::distance_options_from(options), filter);
@@ -347,47 +263,82 @@ dyop_status dyop_nearest_obstacle(dyop_context* context, dyop_obstacle_set set, 
   });
 }
 
-dyop_status dyop_chain_create(dyop_context* context, const dyop_chain_link* links,
-                              size_t link_count, const dyop_chain_joint* joints, size_t joint_count,
-                              dyop_chain* chain) {
+dyop_status dyop_deforming_mesh_create(dyop_context* context, const double* begin,
+                                       const double* end, size_t vertex_count,
+                                       const int32_t* triangles, size_t triangle_count,
+                                       dyop_deforming_mesh* mesh) {
   return guard(context, [&] {
-    context->add<dyop::KinematicChain>(context->chains, chain,
-                                       dyop::c::links_from(*context, links, link_count),
-                                       dyop::c::joints_from(joints, joint_count));
+    context->add<dyop::c::DeformingObject>(
+        context->deforming_meshes, mesh,
+        dyop::DeformingMesh(dyop::c::rows_from(begin, vertex_count, "begin"),
+                            dyop::c::rows_from(end, vertex_count, "end"),
+                            dyop::c::triangles_from(triangles, triangle_count)));
   });
 }
 
-dyop_status dyop_chain_destroy(dyop_context* context, dyop_chain chain) {
-  return guard(context, [&] { context->remove(context->chains, chain, "the chain"); });
-}
-
-dyop_status dyop_chain_poses(dyop_context* context, dyop_chain chain, const double* coordinates,
-                             size_t coordinate_count, dyop_pose* poses, size_t link_count) {
+dyop_status dyop_deforming_mesh_refit(dyop_context* context, dyop_deforming_mesh mesh,
+                                      const double* begin, const double* end, size_t vertex_count) {
   return guard(context, [&] {
-    const auto object = context->chain(chain);
-    DYOP_REQUIRE(coordinates || coordinate_count == 0, "coordinates must not be null");
-    DYOP_REQUIRE(poses && link_count == object->links().size(), "poses must have room for ",
-                 object->links().size(), " links, not ", link_count);
-    const dyop::JointVector q =
-        Eigen::Map<const dyop::JointVector>(coordinates, Eigen::Index(coordinate_count));
-    const std::vector<dyop::RigidPose> found = object->link_poses(q);
-    for (std::size_t i = 0; i < link_count; ++i) poses[i] = dyop::c::to_c(found[i]);
+    const auto object = context->deforming_mesh(mesh);
+    const auto from = dyop::c::rows_from(begin, vertex_count, "begin");
+    const auto to = dyop::c::rows_from(end, vertex_count, "end");
+    const auto lock = dyop::c::Reading::change(*object);
+    object->mesh.refit(from, to);
   });
 }
 
-dyop_status dyop_certify(dyop_context* context, dyop_chain chain, int32_t kind, const double* times,
-                         const double* waypoints, size_t waypoint_count, size_t coordinate_count,
-                         dyop_obstacle_set obstacles, const dyop_toi_options* options,
-                         dyop_chain_result* result) {
+dyop_status dyop_deforming_mesh_destroy(dyop_context* context, dyop_deforming_mesh mesh) {
+  return guard(context,
+               [&] { context->remove(context->deforming_meshes, mesh, "the deforming mesh"); });
+}
+
+dyop_status dyop_deforming_time_of_impact(dyop_context* context, dyop_deforming_mesh a,
+                                          dyop_shape b, dyop_motion motion_b,
+                                          dyop_interval interval, const dyop_toi_options* options,
+                                          dyop_toi_result* result) {
   return guard(context, [&] {
-    auto out = dyop::c::sized_array(result, 1, "dyop_chain_result");
-    const auto links = context->chain(chain);
-    const auto around = context->obstacle_set(obstacles);
-    const dyop::JointPath path =
-        dyop::c::path_from(kind, times, waypoints, waypoint_count, coordinate_count);
-    dyop::ChainOptions chain_options;
-    chain_options.toi = dyop::c::toi_options_from(options);
-    const std::shared_lock lock(around->mutex);
-    out.write(0, dyop::c::chain_result(dyop::certify(*links, path, around->set, chain_options)));
+    auto out = dyop::c::sized_array(result, 1, "dyop_toi_result");
+    const auto object = context->deforming_mesh(a);
+    const auto shape = context->shape(b);
+    const auto motion = context->motion(motion_b);
+    const dyop::c::Reading reading(*object);
+    out.write(0, dyop::c::toi_result(dyop::time_of_impact(object->mesh, dyop::c::mesh_of(*shape),
+                                                          *motion, dyop::c::interval_from(interval),
+                                                          dyop::c::toi_options_from(options))));
+  });
+}
+
+dyop_status dyop_deforming_pair_time_of_impact(dyop_context* context, dyop_deforming_mesh a,
+                                               dyop_deforming_mesh b, dyop_interval interval,
+                                               const dyop_toi_options* options,
+                                               dyop_toi_result* result) {
+  return guard(context, [&] {
+    auto out = dyop::c::sized_array(result, 1, "dyop_toi_result");
+    const auto first = context->deforming_mesh(a);
+    const auto second = context->deforming_mesh(b);
+    // By address, so that two calls never wait for each other; one object once.
+    const auto [one, other] = std::minmax({first.get(), second.get()}, std::less<>());
+    const dyop::c::Reading reading(*one);
+    const dyop::c::Reading reading_other(*other, one != other);
+    out.write(0, dyop::c::toi_result(dyop::time_of_impact(first->mesh, second->mesh,
+                                                          dyop::c::interval_from(interval),
+                                                          dyop::c::toi_options_from(options))));
+  });
+}
+
+dyop_status dyop_deforming_distance(dyop_context* context, dyop_deforming_mesh a, double fraction,
+                                    dyop_shape b, const dyop_pose* pose_b, double max_distance,
+                                    dyop_distance_result* result) {
+  return guard(context, [&] {
+    auto out = dyop::c::sized_array(result, 1, "dyop_distance_result");
+    const auto object = context->deforming_mesh(a);
+    const auto shape = context->shape(b);
+    dyop::DistanceOptions options;
+    options.max_distance = max_distance;
+    dyop::DistanceCache cache;
+    const dyop::c::Reading reading(*object);
+    out.write(0, dyop::c::distance_result(dyop::distance(
+                     object->mesh, fraction, dyop::c::mesh_of(*shape),
+                     dyop::c::pose_from(*require_given(pose_b, "pose_b")), options, cache)));
   });
 }

@@ -18,23 +18,10 @@
 #include "dyop/geometry/tapered_capsule.h"
 #include "dyop/geometry/triangle_mesh.h"
 
-namespace {
-
 using namespace dyop;  // NOLINT: nothing here is public
 using dyop::c::guard;
 using dyop::c::require_given;
-
-std::vector<Vector3> points_from(const double* points, std::size_t count) {
-  DYOP_REQUIRE(points || count == 0, "points must not be null");
-  std::vector<Vector3> result;
-  result.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    result.emplace_back(points[3 * i], points[3 * i + 1], points[3 * i + 2]);
-  }
-  return result;
-}
-
-}  // namespace
+using dyop::c::rows_from;
 
 dyop_status dyop_sphere_create(dyop_context* context, double radius, dyop_shape* shape) {
   return guard(context, [&] { context->add<Sphere>(context->shapes, shape, radius); });
@@ -101,7 +88,8 @@ dyop_status dyop_tapered_capsule_create(dyop_context* context, double bottom_rad
 dyop_status dyop_rounded_hull_create(dyop_context* context, const double* points,
                                      size_t point_count, double radius, dyop_shape* shape) {
   return guard(context, [&] {
-    context->add<ConvexHull>(context->shapes, shape, points_from(points, point_count), radius);
+    context->add<ConvexHull>(context->shapes, shape, rows_from(points, point_count, "points"),
+                             radius);
   });
 }
 
@@ -117,7 +105,7 @@ dyop_status dyop_half_space_create(dyop_context* context, const double normal[3]
 dyop_status dyop_hull_create(dyop_context* context, const double* points, size_t point_count,
                              dyop_shape* shape) {
   return guard(context, [&] {
-    context->add<ConvexHull>(context->shapes, shape, points_from(points, point_count));
+    context->add<ConvexHull>(context->shapes, shape, rows_from(points, point_count, "points"));
   });
 }
 
@@ -175,7 +163,7 @@ dyop_status dyop_point_cloud_create(dyop_context* context, const double* points,
                                     double radius, dyop_shape* shape) {
   return guard(context, [&] {
     context->add<CompoundShape>(context->shapes, shape,
-                                point_cloud(points_from(points, point_count), radius));
+                                point_cloud(rows_from(points, point_count, "points"), radius));
   });
 }
 
@@ -183,7 +171,7 @@ dyop_status dyop_occupancy_create(dyop_context* context, const double* centers, 
                                   size_t cube_count, dyop_shape* shape) {
   return guard(context, [&] {
     DYOP_REQUIRE(sizes || cube_count == 0, "sizes must not be null");
-    const std::vector<Vector3> points = points_from(centers, cube_count);
+    const std::vector<Vector3> points = rows_from(centers, cube_count, "centers");
     std::vector<OccupiedCube> cubes;
     for (std::size_t k = 0; k < cube_count; ++k) cubes.push_back({points[k], sizes[k]});
     context->add<CompoundShape>(context->shapes, shape, occupancy(cubes));

@@ -238,15 +238,6 @@ dyop_status ask_world(dyop_context* context, dyop_world world, const dyop_body_f
   });
 }
 
-// As many entries of a list as the caller has space for.
-template <typename Struct>
-void hand_over(const std::vector<Struct>& list, Struct* out, std::size_t capacity,
-               std::size_t* count, const char* what) {
-  auto array = sized_array(out, capacity, what);
-  for (std::size_t i = 0; i < std::min(capacity, list.size()); ++i) array.write(i, list[i]);
-  *require_given(count, "count") = list.size();
-}
-
 }  // namespace
 }  // namespace dyop::c
 

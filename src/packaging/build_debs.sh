@@ -71,6 +71,7 @@ libdyop_haptics_io files of haptic tools
 libdyop_view player
 libdyop_paper published algorithms
 libdyop_c C interface
+libdyop_c_io C interface to files
 END
 printf '%s\n' "dyop:Libraries=$libraries" "dyop:Ompl=libdyop-ompl$soname (= \${binary:Version})" \
   > "$tree/debian/libraries.substvars"

@@ -48,6 +48,9 @@ echo "C"
 read -r -a flags <<< "$(pkg-config --cflags --libs dyop-c)"
 gcc -std=c99 "$root/tests/c/consumer.c" -o "$scratch/c_consumer" "${flags[@]}" -lm
 "$scratch/c_consumer"
+read -r -a flags <<< "$(pkg-config --cflags --libs dyop-c-io)"
+gcc -std=c99 "$root/tests/c/files.c" -o "$scratch/c_files" "${flags[@]}" -lm
+(cd "$scratch" && ./c_files "$root/examples/scenes/cradle.json" "$root/examples/surgery/scene.json")
 
 echo "find_package"
 cmake -S "$root/tests/consumer/find_package" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$scratch/usr" \

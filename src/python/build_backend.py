@@ -142,6 +142,20 @@ def get_requires_for_build_sdist(config_settings=None):
     return []
 
 
+def write_metadata(folder):
+    """Makes the .dist-info folder's name and what does not depend on the build."""
+    info = f"dyop-{version()}.dist-info"
+    (folder / info).mkdir()
+    shutil.copy(ROOT / "LICENSE", folder / info / "LICENSE")
+    (folder / info / "METADATA").write_text(METADATA.format(version=version()))
+    return info
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """Without this, pip would build a wheel to learn its version."""
+    return write_metadata(Path(metadata_directory))
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     build = build_module(config_settings or {})
     with tempfile.TemporaryDirectory() as scratch:
@@ -155,10 +169,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             carry_libraries(tree, module)
         python = f"cp{sys.version_info.major}{sys.version_info.minor}"
         tag = f"{python}-{python}-{platform_tag(is_portable)}"
-        info = f"dyop-{version()}.dist-info"
-        (tree / info).mkdir()
-        shutil.copy(ROOT / "LICENSE", tree / info / "LICENSE")
-        (tree / info / "METADATA").write_text(METADATA.format(version=version()))
+        info = write_metadata(tree)
         (tree / info / "WHEEL").write_text(
             f"Wheel-Version: 1.0\nGenerator: dyop\nRoot-Is-Purelib: false\nTag: {tag}\n")
         name = f"dyop-{version()}-{tag}.whl"

@@ -57,13 +57,14 @@ std::vector<fs::path> build_files() {
 
 // The headers that belong to no room: for users, and for users of C.
 const fs::path kUmbrella = kRoot / "include/dyop/dyop.h";
-const fs::path kCHeader = kRoot / "include/dyop/dyop_c.h";
+const std::vector<fs::path> kCHeaders = {kRoot / "include/dyop/dyop_c.h",
+                                         kRoot / "include/dyop/dyop_c_io.h"};
 
 // The headers and sources of the rooms.
 std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
   std::vector<fs::path> files = code_files(folders);
   std::erase(files, kUmbrella);
-  std::erase(files, kCHeader);
+  for (const fs::path& header : kCHeaders) std::erase(files, header);
   return files;
 }
 

@@ -461,6 +461,266 @@ static int check_chain(dyop_context* context) {
   return 0;
 }
 
+/* Two links of length one after the other: the last ball, and a base that it can reach. It touches
+ * where 2 cos(q / 2) = 0.4. */
+static int make_arm(dyop_context* context, double limit, dyop_robot* robot) {
+  dyop_chain_link links[3] = {DYOP_CHAIN_LINK_INIT, DYOP_CHAIN_LINK_INIT, DYOP_CHAIN_LINK_INIT};
+  dyop_chain_joint joints[2] = {DYOP_CHAIN_JOINT_INIT, DYOP_CHAIN_JOINT_INIT};
+  dyop_chain chain;
+  int i;
+  CHECK(dyop_sphere_create(context, 0.2, &links[0].shape) == DYOP_OK);
+  links[1].shape = links[2].shape = links[0].shape;
+  for (i = 0; i < 2; ++i) {
+    joints[i].parent = i;
+    joints[i].child = i + 1;
+    joints[i].origin.position[0] = 1;
+    joints[i].has_limits = 1;
+    joints[i].lower = -limit;
+    joints[i].upper = limit;
+  }
+  CHECK(dyop_chain_create(context, links, 3, joints, 2, &chain) == DYOP_OK);
+  CHECK(dyop_robot_create(context, chain, robot) == DYOP_OK);
+  return 0;
+}
+
+typedef struct {
+  dyop_context* context;
+  dyop_obstacle_set set;
+  dyop_shape ball;
+  dyop_motion rest;
+  int refused;
+} obstacle_adder;
+
+static int add_obstacle(void* user, size_t done, size_t total) {
+  obstacle_adder* at = (obstacle_adder*)user;
+  dyop_obstacle added;
+  (void)done;
+  (void)total;
+  at->refused += dyop_obstacle_add(at->context, at->set, at->ball, at->rest, 1, 0, &added) ==
+                 DYOP_INVALID_ARGUMENT;
+  return 0;
+}
+
+static int check_robots(dyop_context* context) {
+  enum { kPaths = 3 };
+  dyop_robot robot, narrow, holding;
+  dyop_robot_info info = {sizeof(dyop_robot_info)};
+  dyop_link_pair_options options = DYOP_LINK_PAIR_OPTIONS_INIT;
+  dyop_link_pair pairs[3] = {{sizeof(dyop_link_pair)}};
+  dyop_chain chain;
+  dyop_obstacle_set set;
+  dyop_joint_path paths[kPaths], expanded;
+  dyop_chain_result results[kPaths] = {{sizeof(dyop_chain_result)}};
+  dyop_interval domain;
+  dyop_shape ball;
+  dyop_batch_options batch = DYOP_BATCH_OPTIONS_INIT;
+  obstacle_adder adder = {NULL, {0, 0}, {0, 0}, {0, 0}, 0};
+  const double times[2] = {0, 1}, touching = 2.7388768120091318; /* 2 acos(0.2) */
+  double waypoints[4] = {0, 0, 0, 0}, lower[2], upper[2], at[2], witnesses[6];
+  const dyop_pose tip = {{0.5, 0, 0}, {1, 0, 0, 0}};
+  const size_t base = 0, none = 7;
+  size_t count;
+  char name[8];
+  int i;
+  CHECK(make_arm(context, 3, &robot) == 0 && make_arm(context, 2.7, &narrow) == 0);
+  CHECK(dyop_robot_describe(context, robot, &info) == DYOP_OK);
+  CHECK(info.link_count == 3 && info.coordinate_count == 2 && info.free_count == 2);
+  CHECK(dyop_robot_link_name(context, robot, 2, name, sizeof(name)) == DYOP_OK);
+  CHECK(strcmp(name, "2") == 0);
+  CHECK(dyop_robot_link_name(context, robot, 3, name, sizeof(name)) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_robot_joint_name(context, robot, 1, name, sizeof(name)) == DYOP_OK);
+  CHECK(dyop_robot_limits(context, robot, lower, upper, 2) == DYOP_OK);
+  CHECK(lower[1] == -3 && upper[0] == 3);
+  CHECK(dyop_robot_limits(context, robot, lower, upper, 1) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_robot_expand(context, robot, upper, 2, at, 2) == DYOP_OK && at[1] == 3);
+
+  /* Pairs (0, 1), (0, 2), (1, 2): balls of neighbours stay one apart. */
+  CHECK(dyop_decide_link_pairs(context, robot, &options, pairs, 3, &count, witnesses) == DYOP_OK);
+  CHECK(count == 3 && pairs[0].verdict == DYOP_PAIR_NEVER && pairs[0].is_adjacent == 1);
+  CHECK(pairs[1].first == 0 && pairs[1].second == 2 && pairs[1].verdict == DYOP_PAIR_CAN);
+  CHECK(pairs[1].has_witness == 1 && fabs(witnesses[2]) >= touching - 1e-9);
+  CHECK(fabs(witnesses[2]) <= 3 && pairs[2].verdict == DYOP_PAIR_NEVER);
+  CHECK(dyop_decide_link_pairs(context, narrow, NULL, pairs, 3, &count, NULL) == DYOP_OK);
+  CHECK(count == 3 && pairs[1].verdict == DYOP_PAIR_NEVER && pairs[1].has_witness == 0);
+
+  /* One path ends before the base, one in it; one goes there without self-collision. */
+  CHECK(dyop_obstacle_set_create(context, &set) == DYOP_OK);
+  CHECK(dyop_robot_chain(context, robot, &chain) == DYOP_OK);
+  for (i = 0; i < kPaths; ++i) {
+    waypoints[2] = i == 0 ? 2.7 : 2.9;
+    CHECK(dyop_joint_path_create(context, DYOP_PATH_LINEAR, times, waypoints, 2, 2, &paths[i]) ==
+          DYOP_OK);
+  }
+  CHECK(dyop_joint_path_domain(context, paths[1], &domain, &count) == DYOP_OK);
+  CHECK(domain.begin == 0 && domain.end == 1 && count == 2);
+  CHECK(dyop_joint_path_position(context, paths[1], 0.5, at, 2) == DYOP_OK);
+  CHECK(fabs(at[0] - 1.45) < 1e-15 && at[1] == 0);
+  CHECK(dyop_robot_expand_path(context, robot, paths[1], &expanded) == DYOP_OK);
+  paths[1] = expanded;
+  CHECK(dyop_certify_batch(context, chain, paths, kPaths, set, 1, 1, NULL, NULL, results) ==
+        DYOP_OK);
+  CHECK(results[0].status == DYOP_TOI_SEPARATED && results[0].free_fraction == 1);
+  CHECK(results[1].status == DYOP_TOI_IMPACT && results[1].link_a == 0 && results[1].link_b == 2);
+  CHECK(fabs(2.9 * results[1].t_safe - touching) < 1e-4);
+  CHECK(results[2].t_safe == results[1].t_safe);
+  CHECK(dyop_certify_batch(context, chain, paths, kPaths, set, 1, 0, NULL, NULL, results) ==
+        DYOP_OK);
+  CHECK(results[1].status == DYOP_TOI_SEPARATED);
+  /* Progress that would wait for the batch that calls it is refused. */
+  adder.context = context;
+  adder.set = set;
+  batch.user = &adder;
+  batch.progress = add_obstacle;
+  CHECK(dyop_sphere_create(context, 0.1, &adder.ball) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &tip, &adder.rest) == DYOP_OK);
+  CHECK(dyop_certify_batch(context, chain, paths, kPaths, set, 1, 1, NULL, &batch, results) ==
+        DYOP_OK);
+  CHECK(adder.refused == kPaths && results[1].status == DYOP_TOI_IMPACT);
+
+  /* A ball held by the tip, which may touch the base. */
+  CHECK(dyop_sphere_create(context, 0.1, &ball) == DYOP_OK);
+  CHECK(dyop_robot_attach(context, robot, "cup", ball, 2, &tip, &base, 1, &holding) == DYOP_OK);
+  CHECK(dyop_robot_describe(context, holding, &info) == DYOP_OK && info.link_count == 4);
+  CHECK(dyop_robot_attach(context, robot, "cup", ball, 2, &tip, &none, 1, &holding) ==
+        DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_joint_path_destroy(context, paths[0]) == DYOP_OK);
+  CHECK(dyop_certify_batch(context, chain, paths, kPaths, set, 1, 0, NULL, NULL, results) ==
+        DYOP_STALE_HANDLE);
+  CHECK(dyop_robot_destroy(context, robot) == DYOP_OK);
+  CHECK(dyop_chain_destroy(context, chain) == DYOP_OK);
+  return 0;
+}
+
+/* A triangle in a plane that rises from z = 0 to z = 2, below a tetrahedron at z >= 1. */
+static int check_deforming(dyop_context* context) {
+  double low[9] = {-5, -5, 0, 5, -5, 0, 0, 9, 0}, high[9];
+  const double corners[12] = {0, 0, 1, 1, 0, 2, 0, 1, 2, -1, -1, 2};
+  const int32_t triangles[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}, sheet[3] = {0, 1, 2};
+  dyop_deforming_mesh rising, falling;
+  dyop_shape tetrahedron, ball;
+  dyop_motion rest;
+  const dyop_pose origin = DYOP_POSE_IDENTITY;
+  const dyop_interval interval = {0, 1};
+  dyop_toi_result result = {sizeof(dyop_toi_result)};
+  dyop_distance_result gap = {sizeof(dyop_distance_result)};
+  int i;
+  for (i = 0; i < 9; ++i) high[i] = low[i] + (i % 3 == 2 ? 2 : 0);
+  CHECK(dyop_mesh_create(context, corners, 4, triangles, 4, &tetrahedron) == DYOP_OK);
+  CHECK(dyop_sphere_create(context, 1, &ball) == DYOP_OK);
+  CHECK(dyop_rest_create(context, &origin, &rest) == DYOP_OK);
+  CHECK(dyop_deforming_mesh_create(context, low, high, 3, sheet, 1, &rising) == DYOP_OK);
+  CHECK(dyop_deforming_mesh_create(context, high, low, 3, sheet, 1, &falling) == DYOP_OK);
+  CHECK(dyop_deforming_time_of_impact(context, rising, tetrahedron, rest, interval, NULL,
+                                      &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT && fabs(result.t_safe - 0.5) < 1e-5);
+  CHECK(dyop_deforming_pair_time_of_impact(context, rising, falling, interval, NULL, &result) ==
+        DYOP_OK);
+  CHECK(result.status == DYOP_TOI_IMPACT && fabs(result.t_safe - 0.5) < 1e-5);
+  CHECK(dyop_deforming_pair_time_of_impact(context, rising, rising, interval, NULL, &result) ==
+        DYOP_OK);
+  CHECK(result.status == DYOP_TOI_INITIALLY_WITHIN_TARGET);
+  CHECK(dyop_deforming_distance(context, rising, 0.25, tetrahedron, &origin, HUGE_VAL, &gap) ==
+        DYOP_OK);
+  CHECK(gap.witness.lower <= 0.5 && 0.5 <= gap.witness.upper && gap.witness.upper < 0.5 + 1e-12);
+  for (i = 2; i < 9; i += 3) high[i] = 0.5;
+  CHECK(dyop_deforming_mesh_refit(context, rising, low, high, 3) == DYOP_OK);
+  CHECK(dyop_deforming_time_of_impact(context, rising, tetrahedron, rest, interval, NULL,
+                                      &result) == DYOP_OK);
+  CHECK(result.status == DYOP_TOI_SEPARATED);
+  CHECK(dyop_deforming_time_of_impact(context, rising, ball, rest, interval, NULL, &result) ==
+        DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_deforming_mesh_refit(context, rising, low, high, 2) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_deforming_mesh_destroy(context, falling) == DYOP_OK);
+  CHECK(dyop_deforming_pair_time_of_impact(context, rising, falling, interval, NULL, &result) ==
+        DYOP_STALE_HANDLE);
+  return 0;
+}
+
+static int make_octahedron(dyop_context* context, dyop_shape* shape) {
+  const double corners[18] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1};
+  const int32_t triangles[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+  CHECK(dyop_mesh_create(context, corners, 6, triangles, 8, shape) == DYOP_OK);
+  return 0;
+}
+
+/* An octahedron of radius one that a spring of 100 pulls half a unit into a floor, which then rises. */
+static int check_haptics(dyop_context* context) {
+  double plate[12] = {-9, -9, 0, 9, -9, 0, 9, 9, 0, -9, 9, 0};
+  const int32_t halves[6] = {0, 1, 2, 0, 2, 3};
+  dyop_tool_part part = DYOP_TOOL_PART_INIT;
+  dyop_tool_obstacle floor_there = DYOP_TOOL_OBSTACLE_INIT;
+  dyop_haptic_options options = DYOP_HAPTIC_OPTIONS_INIT;
+  dyop_haptic_session session;
+  dyop_device_pose device = {{{0, 0, 3}, {1, 0, 0, 0}}, {0, 0, 0, 0}};
+  dyop_haptic_tick tick = {sizeof(dyop_haptic_tick)};
+  dyop_tool_contact contact = {sizeof(dyop_tool_contact)};
+  dyop_tool_impulse impulse = {sizeof(dyop_tool_impulse)};
+  dyop_tool_clearance clearance = {sizeof(dyop_tool_clearance)};
+  size_t count;
+  int32_t is_taken = 0;
+  int i;
+  CHECK(make_octahedron(context, &part.shape) == 0);
+  CHECK(dyop_mesh_create(context, plate, 4, halves, 2, &floor_there.shape) == DYOP_OK);
+  floor_there.is_deforming = 1;
+  CHECK(dyop_haptic_session_create(context, &part, 1, NULL, 0, &floor_there, 1, &device.pose,
+                                   &options, &session) == DYOP_INVALID_ARGUMENT);
+  options.rest_offset = 0.01;
+  options.recovery_speed = 1;
+  for (i = 0; i < 3; ++i) {
+    options.coupling.stiffness[i] = 100;
+    options.coupling.rotational_stiffness[i] = 100;
+  }
+  CHECK(dyop_haptic_session_create(context, &part, 1, NULL, 0, &floor_there, 1, &device.pose,
+                                   &options, &session) == DYOP_OK);
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  CHECK(tick.status == DYOP_HAPTIC_FREE && tick.force[2] == 0);
+  for (i = 0; i < 100; ++i) {
+    device.pose.position[2] = fmax(0.5, 3 - 0.05 * i);
+    CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  }
+  CHECK(tick.status == DYOP_HAPTIC_HELD);
+  CHECK(tick.tool.position[2] > 1 && tick.tool.position[2] < 1.03);
+  CHECK(fabs(tick.force[2] - 100 * (tick.tool.position[2] - 0.5)) < 1e-6);
+  CHECK(fabs(tick.time - 0.101) < 1e-9);
+  CHECK(dyop_haptic_contacts(context, session, &contact, 1, &count) == DYOP_OK && count >= 1);
+  CHECK(contact.normal[2] > 0.99 && contact.force[2] > 0 && contact.triangle >= 0);
+  CHECK(fabs(contact.weights[0] + contact.weights[1] + contact.weights[2] - 1) < 1e-9);
+  CHECK(dyop_haptic_impulses(context, session, &impulse, 1, &count) == DYOP_OK && count >= 1);
+  CHECK(impulse.impulse[2] > 0 && fabs(impulse.obstacle_point[2]) < 1e-9);
+  CHECK(dyop_haptic_clearances(context, session, &clearance, 1, &count) == DYOP_OK && count == 1);
+  CHECK(clearance.lower > 0 && clearance.lower <= clearance.upper && clearance.upper < 0.03);
+
+  /* The floor rises by 0.2 within 0.1 seconds, and takes the tool along. */
+  for (i = 2; i < 12; i += 3) plate[i] = 0.2;
+  CHECK(dyop_haptic_give_snapshot(context, session, 0, plate, 4, 0.1, &is_taken) == DYOP_OK);
+  CHECK(is_taken == 1);
+  for (i = 0; i < 200; ++i) {
+    CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  }
+  CHECK(tick.tool.position[2] > 1.2 && tick.tool.position[2] < 1.23);
+  CHECK(dyop_haptic_give_mesh(context, session, 0, plate, 4, halves, 1, &is_taken) == DYOP_OK);
+  CHECK(dyop_haptic_give_snapshot(context, session, 1, plate, 4, 0.1, &is_taken) ==
+        DYOP_INVALID_ARGUMENT);
+
+  /* Softer springs; what no device should give; and elsewhere. */
+  options.coupling.stiffness[2] = 50;
+  CHECK(dyop_haptic_set_coupling(context, session, &options.coupling) == DYOP_OK);
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  CHECK(fabs(tick.force[2] - 50 * (tick.tool.position[2] - 0.5)) < 1e-6);
+  device.pose.position[0] = NAN;
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 1, &tick) == DYOP_OK);
+  CHECK(tick.status == DYOP_HAPTIC_INVALID_INPUT && tick.force[2] == 0);
+  device.pose.position[0] = 0;
+  device.pose.position[2] = 4;
+  CHECK(dyop_haptic_reset(context, session, &device) == DYOP_OK);
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  CHECK(tick.status == DYOP_HAPTIC_FREE && tick.tool.position[2] == 4);
+  CHECK(dyop_haptic_session_destroy(context, session) == DYOP_OK);
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_STALE_HANDLE);
+  return 0;
+}
+
 static int check_joints_and_snapshots(dyop_context* context) {
   dyop_world_options options;
   dyop_body_definition definition;
@@ -769,6 +1029,9 @@ int main(void) {
   if (!failed) failed = check_more_shapes(context);
   if (!failed) failed = check_obstacles(context);
   if (!failed) failed = check_chain(context);
+  if (!failed) failed = check_robots(context);
+  if (!failed) failed = check_deforming(context);
+  if (!failed) failed = check_haptics(context);
   if (!failed) failed = check_joints_and_snapshots(context);
   if (!failed) failed = check_mechanisms(context);
   if (!failed) failed = check_world_queries(context);

@@ -29,7 +29,7 @@ SIMPLE = {
     "uint64_t": ctypes.c_uint64, "uint8_t": ctypes.c_uint8, "size_t": ctypes.c_size_t,
 }
 # Arrays whose length is not what the next count says, or else the last one before.
-ROWS = {"points": 3, "centers": 3, "vertices": 3, "triangles": 3}
+ROWS = {"points": 3, "centers": 3, "vertices": 3, "triangles": 3, "begin": 3, "end": 3, "witnesses": 8}
 # Where a caller can ask for endless work: usual values, and those at the edges.
 CAREFUL = {
     "dt": ([0.01, 0.1], [0.0, -1.0, 1e-300, float("nan"), float("inf")]),
@@ -38,11 +38,14 @@ CAREFUL = {
     "max_node_pairs": ([100, 1000], [1, 0, -1]),
     "thread_count": ([1], [-1]),
     "sleep_steps": ([50, 1], [0, -1]),
+    "samples": ([10, 0], [-1]),
+    "max_boxes": ([10, 1000], [0, -1]),
 }
 # What random arguments would seldom make.
 STARTERS = """sphere_create box_create mesh_create hull_create rest_create constant_twist_create
 interpolated_create world_create world_add_body world_add_body world_add_body world_add_joint
-world_add_spring world_snapshot obstacle_set_create obstacle_add obstacle_add chain_create""".split()
+world_add_spring world_snapshot obstacle_set_create obstacle_add obstacle_add chain_create joint_path_create
+robot_create deforming_mesh_create haptic_session_create""".split()
 NOT_ARRAYS = {"options", "properties", "functions", "values"}
 # A zero handle is legal there: none.
 OPTIONAL_HANDLES = {("dyop_certify", "obstacles")}
@@ -212,6 +215,9 @@ class Fuzzer:
                 wanted = wanted or kind.endswith("functions") or name in ("initial", "kind", "stiffness")
                 if name not in ("size", "reserved") and (wanted or self.random.random() < rare):
                     setattr(value, name, getattr(other, name))
+        if kind == "dyop_haptic_options" and self.random.random() < 0.8:
+            value.rest_offset, value.recovery_speed = 0.01, 1
+            value.coupling.stiffness[:] = value.coupling.rotational_stiffness[:] = [100] * 3
         full = ctypes.sizeof(value)
         value.size = full if size is None else size
         return bytes(value)[: value.size].ljust(value.size, self.random.choice([b"\0", b"\0", b"\1"]))
@@ -228,7 +234,7 @@ class Fuzzer:
 
     def array(self, kind, count, is_const, context, owner):
         if kind == "char":
-            return self.memory(b"x" * count)
+            return self.memory(b"name\0" if is_const else b"x" * count)
         if kind in SIMPLE:
             base = SIMPLE[kind]
             values = [self.scalar("", base) for _ in range(count)]
@@ -322,7 +328,16 @@ class Fuzzer:
                  "dyop_mesh_refit": {"vertex_count": 4},
                  "dyop_chain_create": {"link_count": 3, "joint_count": 2},
                  "dyop_chain_poses": {"coordinate_count": 2, "link_count": 3},
-                 "dyop_certify": {"waypoint_count": 3, "coordinate_count": 2}}
+                 "dyop_certify": {"waypoint_count": 3, "coordinate_count": 2},
+                 "dyop_joint_path_create": {"waypoint_count": 3, "coordinate_count": 2},
+                 "dyop_joint_path_position": {"coordinate_count": 2},
+                 "dyop_robot_limits": {"free_count": 2},
+                 "dyop_robot_expand": {"free_count": 2, "coordinate_count": 2},
+                 "dyop_deforming_mesh_create": {"vertex_count": 4, "triangle_count": 4},
+                 "dyop_deforming_mesh_refit": {"vertex_count": 4},
+                 "dyop_haptic_session_create": {"hinge_count": 0, "obstacle_count": 1},
+                 "dyop_haptic_give_snapshot": {"vertex_count": 4},
+                 "dyop_haptic_give_mesh": {"vertex_count": 4, "triangle_count": 4}}
         if self.random.random() < 0.85:
             counts.update(usual.get(name, {}))
         names = [n for _, n, _, _, _ in wanted]
@@ -344,15 +359,17 @@ class Fuzzer:
                     value = data
                 else:
                     later = [n for n in names[place:] if n in counts] + [n for n in names[:place][::-1] if n in counts]
-                    is_array = later and length is None and re.fullmatch("text|.*s|children", argument)
+                    is_array = later and length is None and re.fullmatch("text|.*s|children|lower|upper|begin|end", argument)
                     is_array = is_array and argument not in NOT_ARRAYS
                     if is_array:
                         count = counts[later[0]] * ROWS.get(argument, 1)
+                        if argument == "free_coordinates":
+                            count = counts["free_count"]
                         if argument == "waypoints":
                             count = counts["waypoint_count"] * counts["coordinate_count"]
                         if argument == "heights":
                             count = counts["rows"] * counts["columns"]
-                    if name == "dyop_mesh_create" and argument == "triangles" and count == 12 and self.random.random() < 0.8:
+                    if argument == "triangles" and count == 12 and self.random.random() < 0.8:
                         value = self.memory(bytes((ctypes.c_int32 * 12)(0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)))
                     elif argument == "times" and self.random.random() < 0.9:
                         value = self.memory(bytes((ctypes.c_double * count)(*range(count))))

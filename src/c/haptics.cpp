@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <chrono>
+
+#include "c/context.h"
+#include "c/convert.h"
+
+namespace dyop::c {
+namespace {
+
+static_assert(int(ObstacleRole::HardRegion) == DYOP_HARD_REGION);
+static_assert(int(ObstacleRole::SoftRegion) == DYOP_SOFT_REGION);
+static_assert(int(ObstacleRole::Monitor) == DYOP_MONITOR);
+static_assert(int(HapticStatus::Deadline) == DYOP_HAPTIC_DEADLINE);
+static_assert(int(HapticStatus::Overlapping) == DYOP_HAPTIC_OVERLAPPING);
+static_assert(int(HapticStatus::Outlier) == DYOP_HAPTIC_OUTLIER);
+static_assert(int(ContactState::Stick) == DYOP_TOOL_CONTACT_STICK);
+static_assert(int(ContactState::Slip) == DYOP_TOOL_CONTACT_SLIP);
+static_assert(sizeof(dyop_device_pose::angles) == kMostHinges * sizeof(double));
+
+ToolObstacle obstacle_from(const dyop_context& context, const dyop_tool_obstacle& c,
+                           std::size_t number) {
+  DYOP_REQUIRE(c.role >= DYOP_TISSUE && c.role <= DYOP_MONITOR, "role of obstacle ", number,
+               " must be a dyop_obstacle_role, not ", c.role);
+  ToolObstacle obstacle;
+  obstacle.name = std::to_string(number);
+  obstacle.role = static_cast<ObstacleRole>(c.role);
+  obstacle.margin = c.margin;
+  obstacle.friction = c.friction;
+  obstacle.soft_stiffness = c.soft_stiffness;
+  const std::shared_ptr<const Shape> shape = context.shape(c.shape);
+  const RigidPose X_WO = pose_from(c.pose);
+  if (c.is_deforming == 0) {
+    obstacle.shape = shape;
+    obstacle.X_WO = X_WO;
+    return obstacle;
+  }
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get());
+  DYOP_REQUIRE(mesh, "obstacle ", number, " deforms, so its shape must be a mesh");
+  for (const Vector3& vertex : mesh->vertices()) obstacle.vertices.push_back(X_WO * vertex);
+  obstacle.triangles.assign(mesh->triangles().begin(), mesh->triangles().end());
+  return obstacle;
+}
+
+ToolPart part_from(const dyop_context& context, const dyop_tool_part& c) {
+  ToolPart part{context.shape(c.shape), pose_from(c.pose), {}};
+  if (c.hinge >= 0) part.hinge = std::size_t(c.hinge);
+  return part;
+}
+
+CouplingOptions coupling_from(const dyop_coupling& c) {
+  CouplingOptions coupling;
+  coupling.stiffness = vector_from(c.stiffness);
+  coupling.damping = vector_from(c.damping);
+  coupling.rotational_stiffness = vector_from(c.rotational_stiffness);
+  coupling.rotational_damping = vector_from(c.rotational_damping);
+  coupling.largest_force = c.largest_force;
+  coupling.largest_torque = c.largest_torque;
+  coupling.device_damping = c.device_damping;
+  coupling.device_rotational_damping = c.device_rotational_damping;
+  coupling.period = c.period;
+  coupling.bounds_energy = c.bounds_energy != 0;
+  return coupling;
+}
+
+HapticOptions haptic_options_from(const dyop_haptic_options& c) {
+  HapticOptions options;
+  options.coupling = coupling_from(c.coupling);
+  options.rest_offset = c.rest_offset;
+  options.recovery_speed = c.recovery_speed;
+  options.max_rounds = c.max_rounds;
+  options.max_attempts = c.max_attempts;
+  options.max_contacts = c.max_contacts;
+  options.clearance_tolerance = c.clearance_tolerance;
+  options.clearance_work = c.clearance_work;
+  options.max_work = c.max_work;
+  options.largest_device_speed = c.largest_device_speed;
+  return options;
+}
+
+ToolPose tool_from(const dyop_device_pose& c) {
+  ToolPose tool{pose_from(c.pose), {}};
+  std::copy(std::begin(c.angles), std::end(c.angles), tool.angles.begin());
+  return tool;
+}
+
+// As it comes from the device: the session checks it.
+DevicePose device_from(const dyop_device_pose& c) {
+  const double* q = c.pose.rotation;
+  DevicePose device;
+  device.p_WD = vector_from(c.pose.position);
+  device.q_WD = Quaternion(q[0], q[1], q[2], q[3]);
+  std::copy(std::begin(c.angles), std::end(c.angles), device.angles.begin());
+  return device;
+}
+
+dyop_haptic_tick tick_record(const HapticTick& tick) {
+  dyop_haptic_tick record{};
+  record.status = int(tick.status);
+  record.tool = to_c(tick.tool.X_WT);
+  std::copy(tick.tool.angles.begin(), tick.tool.angles.end(), record.angles);
+  write_vector(tick.wrench.force_W, record.force);
+  write_vector(tick.wrench.torque_W, record.torque);
+  record.energy_returned = tick.energy_returned;
+  record.tissue_stopped = tick.tissue_stopped;
+  record.tissue_lag = tick.tissue_lag;
+  record.time = tick.time;
+  record.latency = std::chrono::duration<double>(tick.latency).count();
+  return record;
+}
+
+// Where a point lies on a deforming mesh: in any struct with these fields.
+template <typename Record>
+void write_surface(const std::optional<SurfacePoint>& surface, Record& record) {
+  record.triangle = surface ? surface->triangle : -1;
+  if (surface) std::copy(surface->weights.begin(), surface->weights.end(), record.weights);
+}
+
+dyop_tool_contact contact_record(const ToolContactPoint& contact) {
+  dyop_tool_contact record{};
+  record.obstacle = std::int32_t(contact.obstacle);
+  record.part = std::int32_t(contact.part);
+  record.state = int(contact.state);
+  write_vector(contact.p_W, record.point);
+  write_vector(contact.nhat_W, record.normal);
+  record.gap = contact.gap;
+  write_vector(contact.force_W, record.force);
+  write_vector(contact.p_WO, record.obstacle_point);
+  write_surface(contact.surface, record);
+  return record;
+}
+
+dyop_tool_impulse impulse_record(const ToolImpulse& impulse) {
+  dyop_tool_impulse record{};
+  record.obstacle = std::int32_t(impulse.obstacle);
+  write_vector(impulse.p_WO, record.obstacle_point);
+  write_vector(impulse.impulse_W, record.impulse);
+  write_surface(impulse.surface, record);
+  return record;
+}
+
+dyop_tool_clearance clearance_record(const ToolClearance& clearance) {
+  dyop_tool_clearance record{};
+  record.is_breached = clearance.is_breached ? 1 : 0;
+  record.lower = clearance.lower;
+  record.upper = clearance.upper;
+  write_vector(clearance.p_WT, record.tool_point);
+  write_vector(clearance.p_WO, record.obstacle_point);
+  record.time_to_breach = clearance.time_to_breach;
+  return record;
+}
+
+// Hands over a list of the last tick, each entry as `record` writes it.
+template <typename Entry, typename Struct>
+void hand_over_list(const std::vector<Entry>& list, Struct (*record)(const Entry&), Struct* out,
+                    std::size_t capacity, std::size_t* count, const char* what) {
+  std::vector<Struct> records;
+  for (const Entry& entry : list) records.push_back(record(entry));
+  hand_over(records, out, capacity, count, what);
+}
+
+}  // namespace
+}  // namespace dyop::c
+
+using dyop::c::guard;
+using dyop::c::require_given;
+
+dyop_status dyop_haptic_session_create(dyop_context* context, const dyop_tool_part* parts,
+                                       size_t part_count, const dyop_tool_hinge* hinges,
+                                       size_t hinge_count, const dyop_tool_obstacle* obstacles,
+                                       size_t obstacle_count, const dyop_pose* start,
+                                       const dyop_haptic_options* options,
+                                       dyop_haptic_session* session) {
+  return guard(context, [&] {
+    const auto part_list = dyop::c::sized_array(parts, part_count, "dyop_tool_part");
+    const auto hinge_list = dyop::c::sized_array(hinges, hinge_count, "dyop_tool_hinge");
+    const auto obstacle_list =
+        dyop::c::sized_array(obstacles, obstacle_count, "dyop_tool_obstacle");
+    const auto given = dyop::c::read_struct<dyop_haptic_options>(options, DYOP_HAPTIC_OPTIONS_INIT,
+                                                                 "dyop_haptic_options");
+    dyop::HapticScene scene;
+    for (std::size_t i = 0; i < part_count; ++i) {
+      scene.tool.push_back(dyop::c::part_from(*context, part_list.read(i)));
+    }
+    for (std::size_t i = 0; i < hinge_count; ++i) {
+      const dyop_tool_hinge c = hinge_list.read(i);
+      scene.hinges.push_back({dyop::c::pose_from(c.pose), c.angle, c.stiffness});
+    }
+    for (std::size_t i = 0; i < obstacle_count; ++i) {
+      scene.obstacles.push_back(dyop::c::obstacle_from(*context, obstacle_list.read(i), i));
+    }
+    scene.X_WT = dyop::c::pose_from(*require_given(start, "start"));
+    if (given.has_trocar != 0) {
+      scene.trocar = {dyop::c::vector_from(given.trocar_point),
+                      dyop::c::vector_from(given.shaft_point),
+                      dyop::c::vector_from(given.shaft_axis)};
+    }
+    context->add<dyop::HapticSession>(context->haptic_sessions, session, scene,
+                                      dyop::c::haptic_options_from(given));
+  });
+}
+
+dyop_status dyop_haptic_session_destroy(dyop_context* context, dyop_haptic_session session) {
+  return guard(context,
+               [&] { context->remove(context->haptic_sessions, session, "the haptic session"); });
+}
+
+dyop_status dyop_haptic_update(dyop_context* context, dyop_haptic_session session,
+                               const dyop_device_pose* device, double dt, double seconds,
+                               dyop_haptic_tick* tick) {
+  return guard(context, [&] {
+    auto out = dyop::c::sized_array(tick, 1, "dyop_haptic_tick");
+    const auto object = context->haptic_session(session);
+    dyop::HapticSession::Deadline deadline;
+    if (seconds != 0) deadline = dyop::c::deadline_after(seconds);
+    const dyop::DevicePose pose = dyop::c::device_from(*require_given(device, "device"));
+    out.write(0, dyop::c::tick_record(object->update(pose, dt, deadline)));
+  });
+}
+
+dyop_status dyop_haptic_contacts(dyop_context* context, dyop_haptic_session session,
+                                 dyop_tool_contact* contacts, size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last().contacts,
+                            dyop::c::contact_record, contacts, capacity, count,
+                            "dyop_tool_contact");
+  });
+}
+
+dyop_status dyop_haptic_impulses(dyop_context* context, dyop_haptic_session session,
+                                 dyop_tool_impulse* impulses, size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last().impulses,
+                            dyop::c::impulse_record, impulses, capacity, count,
+                            "dyop_tool_impulse");
+  });
+}
+
+dyop_status dyop_haptic_clearances(dyop_context* context, dyop_haptic_session session,
+                                   dyop_tool_clearance* clearances, size_t capacity,
+                                   size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last().clearances,
+                            dyop::c::clearance_record, clearances, capacity, count,
+                            "dyop_tool_clearance");
+  });
+}
+
+dyop_status dyop_haptic_set_coupling(dyop_context* context, dyop_haptic_session session,
+                                     const dyop_coupling* coupling) {
+  return guard(context, [&] {
+    context->haptic_session(session)->set_coupling(
+        dyop::c::coupling_from(*require_given(coupling, "coupling")));
+  });
+}
+
+dyop_status dyop_haptic_reset(dyop_context* context, dyop_haptic_session session,
+                              const dyop_device_pose* tool) {
+  return guard(context, [&] {
+    context->haptic_session(session)->reset(dyop::c::tool_from(*require_given(tool, "tool")));
+  });
+}
+
+dyop_status dyop_haptic_give_snapshot(dyop_context* context, dyop_haptic_session session,
+                                      size_t obstacle, const double* vertices, size_t vertex_count,
+                                      double seconds, int32_t* is_taken) {
+  return guard(context, [&] {
+    const auto object = context->haptic_session(session);
+    const auto rows = dyop::c::rows_from(vertices, vertex_count, "vertices");
+    require_given(is_taken, "is_taken");
+    *is_taken = object->give_snapshot(obstacle, rows, seconds) ? 1 : 0;
+  });
+}
+
+dyop_status dyop_haptic_give_mesh(dyop_context* context, dyop_haptic_session session,
+                                  size_t obstacle, const double* vertices, size_t vertex_count,
+                                  const int32_t* triangles, size_t triangle_count,
+                                  int32_t* is_taken) {
+  return guard(context, [&] {
+    const auto object = context->haptic_session(session);
+    const auto rows = dyop::c::rows_from(vertices, vertex_count, "vertices");
+    const auto numbers = dyop::c::triangles_from(triangles, triangle_count);
+    require_given(is_taken, "is_taken");
+    *is_taken = object->give_mesh(obstacle, rows, numbers) ? 1 : 0;
+  });
+}
