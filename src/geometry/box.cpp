@@ -16,9 +16,17 @@ Vector3 corner(const Vector3& half_extents, std::int32_t number) {
   return p;
 }
 
-TriangleMesh surface_of_box(const Vector3& half_extents) {
+// The length of the half diagonal, rounded up: scaling, three squares and sums, and the root err by
+// less than 8u.
+Scalar radius_of_box(const Vector3& half_extents) {
   for (int k = 0; k < 3; ++k)
     geometry_internal::require_length("half extent of a box", half_extents[k]);
+  const Scalar scale = half_extents.maxCoeff();
+  return std::nextafter(scale * (half_extents / scale).norm() * (1 + 16 * kUnitRoundoff),
+                        kInfinity);
+}
+
+TriangleMesh surface_of_box(const Vector3& half_extents) {
   std::vector<Vector3> vertices;
   for (std::int32_t number = 0; number < 8; ++number) {
     vertices.push_back(corner(half_extents, number));
@@ -40,14 +48,16 @@ TriangleMesh surface_of_box(const Vector3& half_extents) {
 
 }  // namespace
 
-Box::Box(const Vector3& half_extents) : Box(half_extents, surface_of_box(half_extents)) {}
-
-Box::Box(const Vector3& half_extents, TriangleMesh&& surface)
+Box::Box(const Vector3& half_extents)
     : ConvexShape({.kind = CoreKind::Box,
-                   .bounding_radius = surface.bounding_radius(),
+                   .bounding_radius = radius_of_box(half_extents),
                    .half_extents = half_extents}),
       half_extents_(half_extents),
-      surface_(std::move(surface)) {}
+      surface_(std::make_shared<const geometry_internal::SurfaceOnDemand>()) {}
+
+const TriangleMesh* Box::core_surface() const {
+  return &surface_->get([this] { return surface_of_box(half_extents_); });
+}
 
 SupportPoint Box::core_support(const Vector3& direction) const {
   // Signs are random, so no branches on them.

@@ -8,10 +8,13 @@
 namespace dyop {
 namespace {
 
-TriangleMesh segment_on_z(Scalar half_length) {
+void require_half_length(Scalar half_length) {
   DYOP_REQUIRE(half_length >= 0 && half_length <= kLargestCoordinate,
                "half length of a capsule must be >= 0 and at most ", kLargestCoordinate, ", not ",
                half_length);
+}
+
+TriangleMesh segment_on_z(Scalar half_length) {
   return TriangleMesh({Vector3(0, 0, -half_length), Vector3(0, 0, half_length)}, {{0, 1, 1}});
 }
 
@@ -29,8 +32,13 @@ Capsule::Capsule(Scalar radius, Scalar half_length)
                    .half_extents = Vector3(0, 0, half_length)}),
       radius_(radius),
       half_length_(half_length),
-      segment_(segment_on_z(half_length)) {
+      segment_(std::make_shared<const geometry_internal::SurfaceOnDemand>()) {
+  require_half_length(half_length);
   geometry_internal::require_length("radius", radius);
+}
+
+const TriangleMesh* Capsule::core_surface() const {
+  return &segment_->get([this] { return segment_on_z(half_length_); });
 }
 
 SupportPoint Capsule::core_support(const Vector3& direction) const {

@@ -292,10 +292,12 @@ SimpleCore posed_core(const ConvexShape& shape, const RigidPose& X_CS) {
 }  // namespace
 
 PosedConvex::PosedConvex(std::shared_ptr<const ConvexShape> shape, const RigidPose& X_CS)
-    : ConvexShape(posed_core(*shape, X_CS)), shape_(std::move(shape)), X_CS_(X_CS) {
-  if (const TriangleMesh* surface = shape_->core_surface()) {
-    surface_ = surface->with_vertices(posed_vertices(*surface, X_CS_));
-  }
+    : ConvexShape(posed_core(*shape, X_CS)), shape_(std::move(shape)), X_CS_(X_CS) {}
+
+const TriangleMesh* PosedConvex::core_surface() const {
+  const TriangleMesh* surface = shape_->core_surface();
+  if (!surface) return nullptr;
+  return &surface_.get([&] { return surface->with_vertices(posed_vertices(*surface, X_CS_)); });
 }
 
 OrientedBox PosedConvex::box() const {

@@ -11,6 +11,7 @@
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/solid.h"
 
 namespace dyop::geometry_internal {
 
@@ -29,7 +30,7 @@ class PosedConvex final : public ConvexShape {
   }
   Scalar rounding_radius() const override { return shape_->rounding_radius(); }
   Vector3 core_center() const override { return X_CS_ * shape_->core_center(); }
-  const TriangleMesh* core_surface() const override { return surface_ ? &*surface_ : nullptr; }
+  const TriangleMesh* core_surface() const override;
   AlignedBox bounding_box() const override;
   Scalar bounding_radius() const override;
   MassProperties compute_mass_properties(Scalar density) const override;
@@ -40,7 +41,7 @@ class PosedConvex final : public ConvexShape {
  private:
   std::shared_ptr<const ConvexShape> shape_;
   RigidPose X_CS_;
-  std::optional<TriangleMesh> surface_;
+  SurfaceOnDemand surface_;
 };
 
 /// The same mass in another frame: X_CS is the pose of the frame S it is given in.

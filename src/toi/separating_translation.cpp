@@ -7,6 +7,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/rest_motion.h"
@@ -69,6 +70,24 @@ class WayOut {
     contact_ = hit.contact->nhat_AB_W;
     p_W_ = hit.contact->pivot_W();
     return true;
+  }
+
+  // Takes B, or a half-space B, out along the half-space's normal, by the depth of the other's
+  // lowest point: from a place where the two are apart, what is left between them is too much.
+  void leave_half_space() {
+    const HalfSpace* of_a = as_half_space(a_);
+    const HalfSpace* of_b = as_half_space(b_);
+    if (of_a && of_b) return;
+    best_ = of_a ? Vector3(X_WA_.rotation() * of_a->normal())
+                 : Vector3(-(X_WB_.rotation() * of_b->normal()));
+    const Scalar size = (of_a ? b_ : a_).bounding_radius();
+    const Scalar outside = (X_WA_.translation() - X_WB_.translation()).norm() + 2 * size +
+                           std::abs((of_a ? of_a : of_b)->offset());
+    const RigidPose X_WB =
+        RigidPose::from_trusted(X_WB_.rotation(), X_WB_.translation() + outside * best_);
+    const DistanceResult apart = dyop::distance(a_, X_WA_, b_, X_WB, distance_);
+    depth_ = outside - apart.lower;
+    p_W_ = of_a ? Vector3(apart.p_WCb - outside * best_) : apart.p_WCa;
   }
 
   // Follows the normals of the contacts that stop B.
@@ -139,6 +158,10 @@ std::optional<Penetration> separating_translation(const Shape& a, const RigidPos
                "separating_translation: tolerance must be finite and > 0, not ", tolerance);
   WayOut way(a, X_WA, b, X_WB, tolerance);
   if (!way.is_overlapping()) return std::nullopt;
+  if (as_half_space(a) || as_half_space(b)) {
+    way.leave_half_space();
+    return way.result(tolerance);
+  }
   for (int axis = 0; axis < 6; ++axis) {
     const Vector3 n = (axis < 3 ? 1 : -1) * Vector3::Unit(axis % 3);
     if (way.try_direction(n)) way.follow_normals();

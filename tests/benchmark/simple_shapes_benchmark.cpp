@@ -36,6 +36,7 @@
 #include "dyop/geometry/box.h"
 #include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/sphere.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/constant_twist_motion.h"
@@ -441,9 +442,16 @@ void print_builds(int passes) {
   };
   constexpr int kShapes = 200;
   print("box", kShapes, [&] {
+    for (int k = 0; k < kShapes; ++k) sum += std::size_t(Box(Vector3(1, 2, 3)).bounding_radius());
+  });
+  print("box with its surface", kShapes, [&] {
     for (int k = 0; k < kShapes; ++k)
       sum += std::size_t(Box(Vector3(1, 2, 3)).core_surface() != nullptr);
   });
+  std::mt19937_64 random(3);
+  std::vector<OccupiedCube> cubes(10000);
+  for (OccupiedCube& cube : cubes) cube.center = 30 * random_direction(random);
+  print("occupancy, a cube", int(cubes.size()), [&] { sum += occupancy(cubes).children().size(); });
   const std::shared_ptr<ConvexHull> hull = random_hull(32, 1);
   const std::vector<Vector3> points(hull->vertices().begin(), hull->vertices().end());
   print("hull of 32", kShapes, [&] {

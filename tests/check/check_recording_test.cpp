@@ -139,6 +139,14 @@ TEST_F(CheckRecording, KnowsHalfSpaces) {
   EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
   record(ceiling, ball, {swing(1.009, 0)});
   EXPECT_EQ(check(file()).code, kRefuted);
+  record(ceiling, ball, {swing(1.011, 2)});  // it turns in its own plane
+  EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
+  // A plane that leans: it is nearest when lowest, at 0.8 of its height above the ball.
+  const auto leaning = std::make_shared<HalfSpace>(Vector3(0.6, 0, -0.8), 0);
+  record(leaning, ball, {swing(1.264, 1)});
+  EXPECT_EQ(check(file()).code, kProven) << check(file()).text << check(file()).error;
+  record(leaning, ball, {swing(1.261, 1)});
+  EXPECT_EQ(check(file()).code, kRefuted);
 }
 
 // Whose lowest points are one below their origins.

@@ -36,16 +36,42 @@ struct LeastOfChildren {
   double upper = kInfinity;
 };
 
+// Two children at their poses, and a bound below their distance: that of balls around their boxes.
+struct ChildPair {
+  std::shared_ptr<const Shape> a;
+  RigidPose X_WA;
+  std::shared_ptr<const Shape> b;
+  RigidPose X_WB;
+  Scalar at_least = 0;
+
+  ChildPair(const CompoundChild& of_a, const RigidPose& X_WCa, const CompoundChild& of_b,
+            const RigidPose& X_WCb)
+      : a(of_a.shape), X_WA(X_WCa * of_a.X_CS), b(of_b.shape), X_WB(X_WCb * of_b.X_CS) {
+    const AlignedBox box_a = a->bounding_box();
+    const AlignedBox box_b = b->bounding_box();
+    at_least = 0.99 * (X_WA * box_a.center() - X_WB * box_b.center()).norm() -
+               0.51 * (box_a.sizes().norm() + box_b.sizes().norm());
+  }
+};
+
+// The pairs that may be nearest are measured one by one, the nearest balls first.
 LeastOfChildren least_of_children(const Shape& a, const RigidPose& X_WA, const Shape& b,
                                   const RigidPose& X_WB) {
-  LeastOfChildren least;
+  std::vector<ChildPair> pairs;
   for (const CompoundChild& child_a : children_of(a)) {
     for (const CompoundChild& child_b : children_of(b)) {
-      const testing::OracleDistance d = testing::oracle_distance(
-          *child_a.shape, X_WA * child_a.X_CS, *child_b.shape, X_WB * child_b.X_CS);
-      least.lower = std::min(least.lower, double(d.lower()));
-      least.upper = std::min(least.upper, double(d.upper()));
+      pairs.emplace_back(child_a, X_WA, child_b, X_WB);
     }
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const ChildPair& x, const ChildPair& y) { return x.at_least < y.at_least; });
+  LeastOfChildren least;
+  for (const ChildPair& pair : pairs) {
+    if (pair.at_least > least.upper || least.upper == 0) break;
+    const testing::OracleDistance d =
+        testing::oracle_distance(*pair.a, pair.X_WA, *pair.b, pair.X_WB);
+    least.lower = std::min(least.lower, double(d.lower()));
+    least.upper = std::min(least.upper, double(d.upper()));
   }
   return least;
 }

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/height_field.h"
+#include "dyop/geometry/occupancy.h"
 #include "geometry/all_shapes.h"
 
 namespace dyop::testing {
@@ -64,6 +66,38 @@ inline std::vector<CompoundMaker> all_compounds() {
                     size * Vector3(std::sin(2.4 * k), std::cos(1.7 * k), std::sin(k)) * 0.6)});
          }
          return std::make_shared<CompoundShape>(boxes);
+       }},
+      {"occupancy",
+       [](Scalar size) {
+         std::vector<OccupiedCube> cubes;
+         for (const Vector3& cell : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 1, 0),
+                                     Vector3(0, 0, 2), Vector3(-2, 1, 1)}) {
+           cubes.push_back({0.3 * size * cell, 0.3 * size});
+         }
+         cubes.push_back({size * Vector3(0.45, -0.45, 0.3), 0.6 * size});  // a larger leaf
+         return std::make_shared<CompoundShape>(occupancy(cubes));
+       }},
+      {"point_cloud",
+       [](Scalar size) {
+         std::vector<Vector3> points;
+         for (int k = 0; k < 8; ++k) {
+           points.push_back(size * Vector3(std::sin(2.4 * k), std::cos(1.7 * k), std::sin(k)));
+         }
+         return std::make_shared<CompoundShape>(dyop::point_cloud(points, 0.2 * size));
+       }},
+      {"height_field",
+       [](Scalar size) {
+         const HeightGrid grid{.rows = 3,
+                               .columns = 3,
+                               .heights = {0.2 * size, 0.1 * size, 0.3 * size, 0.4 * size, 0,
+                                           0.2 * size, 0.1 * size, 0.3 * size, 0.3 * size},
+                               .x = -0.6 * size,
+                               .y = -0.5 * size,
+                               .spacing_x = 0.6 * size,
+                               .spacing_y = 0.5 * size};
+         return std::make_shared<CompoundShape>(std::vector<CompoundChild>{
+             {std::make_shared<TriangleMesh>(height_field(grid)), RigidPose()},
+             {std::make_shared<Sphere>(0.2 * size), RigidPose(size * Vector3(0, 0, 0.5))}});
        }},
   };
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <thread>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -117,6 +118,31 @@ TEST(CompoundShape, TreeHoldsEveryPieceOnce) {
     }
     EXPECT_LT(compound->tree().nodes.size(), piece_count + 2);
     EXPECT_FALSE(tree.has_leaf(std::int32_t(8 * compound->tree().nodes.size())));
+  }
+}
+
+// Surfaces of children are built when they are asked for, by any thread, once.
+TEST(CompoundShape, SurfacesOfChildrenStandWhereTheChildrenDo) {
+  const auto compound = all_compounds()[4].make(1);
+  const auto& parts = compound->tree().parts;
+  std::vector<std::vector<const TriangleMesh*>> seen(4);
+  std::vector<std::thread> threads;
+  for (auto& surfaces : seen) {
+    threads.emplace_back([&] {
+      for (const auto& part : parts) surfaces.push_back(part.convex->core_surface());
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(seen[1], seen[0]);
+  EXPECT_EQ(seen[2], seen[0]);
+  EXPECT_EQ(seen[3], seen[0]);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const CompoundChild& child = compound->children()[k];
+    const TriangleMesh& own = *static_cast<const ConvexShape&>(*child.shape).core_surface();
+    ASSERT_NE(seen[0][k], nullptr);
+    for (std::size_t v = 0; v < own.vertices().size(); ++v) {
+      EXPECT_EQ(seen[0][k]->vertices()[v], child.X_CS * own.vertices()[v]);
+    }
   }
 }
 

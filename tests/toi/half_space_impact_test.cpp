@@ -21,6 +21,7 @@
 #include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/obstacle_set.h"
+#include "dyop/toi/separating_translation.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
@@ -183,6 +184,36 @@ TEST(HalfSpaceImpact, LeastDistanceIsThatOfTheLowestTime) {
   EXPECT_LE(found.lower, 1.5);
   EXPECT_GE(found.upper, 1.5);
   EXPECT_NEAR(found.upper, 1.5, 1e-5);
+}
+
+TEST(HalfSpaceImpact, TheWayOutIsAsLongAsTheLowestPointIsDeep) {
+  std::mt19937_64 random(8);
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    for (const Scalar far : {0.0, 1e4}) {
+      for (const Body& body : bodies(size)) {
+        const HalfSpace plane(random_direction(random), random_number(-size, size, random));
+        const Vector3 place = far * size * random_direction(random);
+        const RigidPose X_WA(random_rotation(random), place);
+        const Vector3 on_plane = X_WA * (plane.offset() * plane.normal());
+        const RigidPose X_WB(random_rotation(random), on_plane + random_vector(0.3 * size, random));
+        const Scalar depth = -body.height(X_WB, plane, X_WA);
+        if (!(depth > 1e-6 * size)) continue;
+        const Scalar noise = 1e-12 * size * (1 + far);
+        for (const bool is_first : {true, false}) {
+          const auto way = is_first ? separating_translation(plane, X_WA, *body.shape, X_WB)
+                                    : separating_translation(*body.shape, X_WB, plane, X_WA);
+          ASSERT_TRUE(way.has_value());
+          EXPECT_GE(way->depth, depth - noise);
+          EXPECT_LE(way->depth, depth + 1e-5 * size + noise);
+          const Vector3 step = (is_first ? 1 : -1) * way->depth * way->nhat_AB_W;
+          const RigidPose moved(X_WB.rotation(), X_WB.translation() + step);
+          EXPECT_GT(body.height(moved, plane, X_WA), -noise);
+          EXPECT_NEAR(plane.height(X_WA.inverse() * way->p_W), -depth, 1e-5 * size + noise);
+        }
+      }
+    }
+  }
+  EXPECT_FALSE(separating_translation(HalfSpace(), {}, HalfSpace(Vector3(1, 0, 0)), {}));
 }
 
 TEST(HalfSpaceImpact, IsFoundAmongObstacles) {

@@ -11,16 +11,16 @@ namespace DYOP_EXPORT dyop {
 
 /// Heights of ground above a rectangular grid in the xy plane.
 struct HeightGrid {
-  std::size_t rows = 0;         ///< along y, >= 2
-  std::size_t columns = 0;      ///< along x, >= 2
-  std::vector<Scalar> heights;  ///< z, row by row: heights[row * columns + column]
-  Scalar x = 0;                 ///< of column 0
-  Scalar y = 0;                 ///< of row 0
-  Scalar spacing_x = 1;         ///< of columns, > 0
-  Scalar spacing_y = 1;         ///< of rows, > 0
+  std::size_t rows = 0;              ///< along y, >= 2
+  std::size_t columns = 0;           ///< along x, >= 2
+  std::vector<Scalar> heights = {};  ///< z, row by row: heights[row * columns + column]
+  Scalar x = 0;                      ///< of column 0
+  Scalar y = 0;                      ///< of row 0
+  Scalar spacing_x = 1;              ///< of columns, > 0
+  Scalar spacing_y = 1;              ///< of rows, > 0
   /// Height of the bottom, below all heights. By default it is as far below the lowest height as
   /// the highest one is above that, or one spacing if that is more.
-  std::optional<Scalar> base;
+  std::optional<Scalar> base = std::nullopt;
 };
 
 /// Ground as a closed mesh: the surface through all heights, and a bottom and sides that close it.

@@ -24,7 +24,8 @@ struct SeparationOptions {
 /// Proven: B, moved by `depth` along `nhat_AB_W`, is apart from A. So the depth is an upper bound
 /// on the least translation that separates them; it is the shortest way out along its own
 /// direction, from outside, up to the tolerance, and a local minimum over directions in practice.
-/// Closed meshes are solids. For two convex shapes find_penetration() is faster.
+/// Closed meshes are solids. A half-space is left along its normal, by the least depth; two of them
+/// give nothing. For two convex shapes find_penetration() is faster.
 ///
 /// @throws InvalidArgument if an option is out of range.
 /// Cost: some two hundred times of impact of a translation. Method: docs/algorithms/distance.md.
