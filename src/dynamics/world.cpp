@@ -79,6 +79,8 @@ BodyId World::add_body(const BodyDefinition& definition) {
   }
   ++impl.count;
   ++impl.revision;
+  impl.has_filters |= definition.filter != CollisionFilter{};
+  if (impl.has_filters) ++impl.rules_version;  // pairs of this body may be left out
   return id;
 }
 
@@ -267,6 +269,7 @@ void World::set_shape(BodyId id, std::shared_ptr<const Shape> shape) {
 
 void World::set_filter(BodyId id, const CollisionFilter& filter) {
   impl_->record(id).definition.filter = filter;
+  impl_->has_filters = true;
   ++impl_->rules_version;
   impl_->renew_pairs_of(id.slot);
 }

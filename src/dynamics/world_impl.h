@@ -110,6 +110,7 @@ struct World::Impl {
   std::deque<dynamics_internal::SpringState> springs;  // by id
   std::uint64_t next_spring = 0;
   std::uint64_t rules_version = 0;
+  bool has_filters = false;                        // of some body, once
   std::vector<VelocityChange> changes_before;      // since the last advance
   std::vector<BodyId> placed;                      // the same
   std::vector<dynamics_internal::PairKey> links;   // bodies of joints and springs

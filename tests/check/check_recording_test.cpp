@@ -368,6 +368,55 @@ TEST_F(CheckRecording, HoldsPairsToTheirDistanceOnceTheyHaveParted) {
   EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
 }
 
+// Of two that overlap and are slowly pushed out, none is told to have parted while it is free, but
+// nearer than its distance.
+TEST_F(CheckRecording, SlowPartingEndsAtTheTargetDistance) {
+  WorldOptions options;
+  options.separation_speed = 1e-3;
+  World world(options);
+  const auto box = std::make_shared<Box>(Vector3(0.5, 0.5, 0.5));
+  world.add_body(testing::dynamic_body("left", box, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}));
+  world.add_body(testing::dynamic_body("right", box, {0.99998, 0, 0}, {0, 0, 0}, {0, 0, 0}));
+  RecordingWriter writer(file(), {});
+  std::size_t parted = 0;
+  for (int k = 0; k < 60; ++k) {
+    const AdvanceReport report = world.advance(0.01);
+    parted += report.parted.size();
+    writer.write(report, world);
+  }
+  writer.finish();
+  EXPECT_EQ(parted, 1U);
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+}
+
+// A body that is added beside one that collides with nothing, and one in a slot that was empty when
+// the recording began.
+TEST_F(CheckRecording, KnowsFiltersOfBodiesThatComeLater) {
+  World world;
+  const auto ball = std::make_shared<Sphere>(0.5);
+  const auto add = [&](Scalar x) {
+    return world.add_body(testing::dynamic_body("ball", ball, {x, 0, 0}, {0, 0, 0}, {0, 0, 0}));
+  };
+  add(0);
+  const BodyId gone = add(5);
+  add(10);
+  world.set_filter(world.bodies().front(), CollisionFilter{1, 0, 0});
+  world.remove_body(gone);
+  RecordingWriter writer(file(), {});
+  writer.write(world.advance(0.01), world);
+  add(0.2);
+  writer.write(world.advance(0.01), world);
+  add(10.3);
+  const AdvanceReport report = world.advance(0.01);
+  EXPECT_EQ(report.too_near.size(), 1U);
+  writer.write(report, world);
+  writer.finish();
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+  EXPECT_NE(answer.text.find("not proven for 1 pairs"), std::string::npos) << answer.text;
+}
+
 // Far at both ends of the step; nearer than the target in between by a millionth.
 TEST_F(CheckRecording, RefutesADipWithinAStep) {
   const auto ball = std::make_shared<Sphere>(0.5);

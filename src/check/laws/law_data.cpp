@@ -72,6 +72,7 @@ class ChangeReader {
       changes_[k].begin = begin[k];
       changes_[k].end = end[k];
     }
+    set_frames();
     read_momenta();
     read_contacts();
     read_links();
@@ -80,6 +81,17 @@ class ChangeReader {
   }
 
  private:
+  void set_frames() {
+    const std::uint64_t count = file_.length("frames");
+    const auto until = file_.integers("frames", "change_count", count);
+    const std::vector<double> begin = file_.reals("frames", "begin", count);
+    std::size_t frame = 0;
+    for (std::size_t k = 0; k < changes_.size(); ++k) {
+      while (until[frame] <= k) ++frame;  // the last one is their number
+      changes_[k].frame_begin = begin[frame];
+    }
+  }
+
   // Every change has the next so many rows of a table. `make` gives the row of a number and a time.
   template <typename Row, typename Make>
   void deal_out(const char* counts, std::size_t rows, std::vector<Row> Change::*part,
@@ -89,7 +101,7 @@ class ChangeReader {
     for (std::size_t k = 0; k < changes_.size(); ++k) {
       if (count[k] > rows - next) throw BadFile("a change has more rows than there are");
       for (std::uint64_t i = 0; i < count[k]; ++i)
-        (changes_[k].*part).push_back(make(next++, changes_[k].begin));
+        (changes_[k].*part).push_back(make(next++, changes_[k].frame_begin));
     }
   }
 

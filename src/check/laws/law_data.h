@@ -86,6 +86,7 @@ struct Change {
   Kind kind = Kind::Set;
   double begin = 0;
   double end = 0;
+  double frame_begin = 0;  ///< of the advance in which it happened; callers act before
   std::vector<MomentumRow> momenta;
   std::vector<ContactRow> contacts;
   std::vector<LinkRow> links;
@@ -93,6 +94,8 @@ struct Change {
 
   /// Impulses of a move act at its start, the others at the end of their time.
   double time() const { return kind == Kind::Move ? begin : end; }
+  /// Whether bodies are then where their motion before that time ended, not where a new one begins.
+  bool ends_a_motion() const { return kind != Kind::Move && end > frame_begin; }
 };
 
 struct LawData {

@@ -261,8 +261,8 @@ class ContactChecker {
         throw_fault("a change of a body whose velocity before it is not known");
       }
       known_[row.body] = Known{t, {row.v, row.L}};
-      const Segment* segment = body.segment(t, change.kind != Change::Kind::Move);
-      if (segment == nullptr) continue;  // it is put elsewhere, or not there
+      const Segment* segment = body.segment(t, change.ends_a_motion());
+      if (segment == nullptr) continue;  // not there
       const Pose X = segment->pose(t);
       const double middle = change.begin + (change.end - change.begin) / 2;
       const Mat R = change.kind == Change::Kind::Move ? segment->pose(middle).R : X.R;
@@ -383,7 +383,7 @@ class ContactChecker {
     }
     const RecordedBody& body = recording_.bodies[k];
     const double t = change.time();
-    const Segment* segment = body.segment(t, change.kind == Change::Kind::End);
+    const Segment* segment = body.segment(t, change.ends_a_motion());
     if (segment == nullptr) return std::nullopt;
     // Prescribed: over a move the mean velocity.
     Velocity velocity = velocity_at(*segment, t);

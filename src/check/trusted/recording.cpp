@@ -75,17 +75,15 @@ class Reader {
     for (const Json& line : lines_of(file_, "bodies", "body_bytes")) {
       const std::size_t slot = index_of(line.at("slot"), kMostBodies);
       const bool is_new = line.at("is_new").to_boolean();
-      auto& in_slot = recording_.in_slot;
-      if (slot > in_slot.size() || (slot == in_slot.size() && !is_new))
-        throw BadFile("a body is missing");
-      if (slot == in_slot.size()) in_slot.emplace_back();
-      if (!is_new && has_only_other_material(recording_.bodies[in_slot[slot].back()], line)) {
-        recording_.bodies[in_slot[slot].back()].lines.push_back({time_of(line), line});
+      auto& in_slot = recording_.in_slot[slot];
+      if (in_slot.empty() && !is_new) throw BadFile("a body is missing");
+      if (!is_new && has_only_other_material(recording_.bodies[in_slot.back()], line)) {
+        recording_.bodies[in_slot.back()].lines.push_back({time_of(line), line});
         continue;
       }
       recording_.bodies.push_back(body_from(line, slot, shapes));
-      if (!is_new) recording_.bodies.back().continues = in_slot[slot].back();
-      in_slot[slot].push_back(std::uint32_t(recording_.bodies.size() - 1));
+      if (!is_new) recording_.bodies.back().continues = in_slot.back();
+      in_slot.push_back(std::uint32_t(recording_.bodies.size() - 1));
     }
   }
 
@@ -140,6 +138,8 @@ class Reader {
                          recording_.bodies.size());
     std::vector<double> last(recording_.bodies.size(), -kInfinity);
     for (std::size_t k = 0; k < begin.size(); ++k) {
+      constexpr std::uint64_t kAbsent = 0;
+      if (kind[k] == kAbsent && !recording_.in_slot.contains(slot[k])) continue;
       const std::uint32_t number = recording_.body_at(slot[k], begin[k]);
       RecordedBody& body = recording_.bodies[number];
       if (!std::isfinite(begin[k]) || begin[k] < last[number])
@@ -155,7 +155,7 @@ class Reader {
 
   // Where a slot has passed on, the body before is absent from then.
   void end_replaced() {
-    for (const auto& bodies : recording_.in_slot) {
+    for (const auto& [slot, bodies] : recording_.in_slot) {
       for (std::size_t k = 0; k + 1 < bodies.size(); ++k) {
         Segment absent;
         absent.begin = recording_.bodies[bodies[k + 1]].from;
@@ -191,8 +191,10 @@ class Reader {
     }
     for (std::size_t k = 0; k < kind.size(); ++k) {
       if (kind[k] != kPlaced) continue;
-      recording_.bodies[recording_.body_at(a[k], t[k])].placed.insert(t[k]);
-      afresh[a[k]].insert(t[k]);
+      RecordedBody& body = recording_.bodies[recording_.body_at(a[k], t[k])];
+      body.placed.insert(t[k]);
+      // Others move by next to nothing, where they get another motion, unless it is another shape.
+      if (body.is_dynamic || body.from == t[k]) afresh[a[k]].insert(t[k]);
     }
     for (std::size_t k = 0; k < kind.size(); ++k) {
       if (kind[k] != kTooNear && kind[k] != kCrossed && kind[k] != kParted) continue;
@@ -246,8 +248,9 @@ const Segment* RecordedBody::segment(double t, bool before) const {
 }
 
 std::uint32_t Recording::body_at(std::uint64_t slot, double t) const {
-  if (slot >= in_slot.size()) throw BadFile("a row is of no body");
-  const auto& all = in_slot[std::size_t(slot)];
+  const auto found = in_slot.find(slot);
+  if (found == in_slot.end()) throw BadFile("a row is of no body");
+  const std::vector<std::uint32_t>& all = found->second;
   std::size_t k = all.size() - 1;
   while (k > 0 && bodies[all[k]].from > t) --k;
   return all[k];

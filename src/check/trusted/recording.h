@@ -68,8 +68,8 @@ struct Rules {
 
 struct Recording {
   std::vector<RecordedBody> bodies;
-  std::vector<std::vector<std::uint32_t>> in_slot;  ///< bodies, in order of time
-  std::vector<std::pair<double, double>> steps;     ///< without gaps
+  std::map<std::uint64_t, std::vector<std::uint32_t>> in_slot;  ///< bodies, in order of time
+  std::vector<std::pair<double, double>> steps;                 ///< without gaps
   double begin = 0;
   double end = 0;
   bool is_complete = false;  ///< the run has ended in order

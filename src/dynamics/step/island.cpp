@@ -779,7 +779,11 @@ void IslandRun::find_contacts(RunPair& pair, const std::vector<Twist>& twists,
 bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose& X_WB,
                            ContactWorkspace& workspace) {
   PairState& state = *pair.state;
+  const bool did_overlap = state.overlaps;
   state.overlaps = !(state.gap_lower > 0);
+  // It is free again, but not yet far enough apart to count as parted.
+  const bool is_too_near = state.gap_lower <= state.lengths.target + state.lengths.tolerance() / 2;
+  if (did_overlap && !state.overlaps && is_too_near) state.uncertified_gap = state.gap_lower / 2;
   state.known_shortest_gap.reset();
   if (!state.overlaps) return false;
   state.overlap_contacts =

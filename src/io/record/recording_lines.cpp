@@ -49,13 +49,20 @@ Json state_json(const MotionState& state) {
       {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z(), v.x(), v.y(), v.z(), w.x(), w.y(), w.z()});
 }
 
+// Whether a body was there, or said to be absent, by a time: others are added later.
+bool is_known_at(const RecordingReader& reader, BodyId body, Scalar t) {
+  return reader.segment_count(body) > 0 && reader.segment(body, 0).interval.begin <= t;
+}
+
 // The times within a step at which a body's segment ends: velocities may jump there.
 std::vector<Scalar> breaks_of(const RecordingReader& reader, const TimeInterval& step) {
   std::vector<Scalar> breaks{step.begin, step.end};
   for (std::size_t slot = 0; slot < reader.bodies().size(); ++slot) {
     const BodyId body(slot);
+    if (!is_known_at(reader, body, step.end)) continue;
     const std::size_t last = reader.segment_at(body, step.end);
-    for (std::size_t k = reader.segment_at(body, step.begin) + 1; k <= last; ++k) {
+    const bool is_known = is_known_at(reader, body, step.begin);
+    for (std::size_t k = is_known ? reader.segment_at(body, step.begin) + 1 : 0; k <= last; ++k) {
       const Scalar begin = reader.segment(body, k).interval.begin;
       if (step.contains(begin)) breaks.push_back(begin);
     }
@@ -80,8 +87,10 @@ Json part_json(const RecordingReader& reader, const TimeInterval& part) {
   std::vector<Json> states(times.size(), Json::array());
   for (std::size_t slot = 0; slot < reader.bodies().size(); ++slot) {
     const BodyId body(slot);
-    const MotionSegment segment =
-        reader.segment(body, reader.segment_at(body, part.begin + part.length() / 2));
+    const Scalar middle = part.begin + part.length() / 2;
+    MotionSegment segment;
+    if (is_known_at(reader, body, middle))
+      segment = reader.segment(body, reader.segment_at(body, middle));
     for (std::size_t k = 0; k < times.size(); ++k) {
       const bool is_there = segment.motion != nullptr;
       states[k].push_back(is_there ? state_json(segment.motion->state(times[k])) : Json(nullptr));

@@ -195,6 +195,7 @@ TimeInterval RecordingReader::Impl::interval() const {
 }
 
 Vector3 RecordingReader::Impl::center_at(const Path& path, Scalar t) {
+  if (path.centers.empty()) return Vector3::Zero();  // of a slot that was empty all along
   std::size_t k = path.centers.size() - 1;
   while (k > 0 && path.centers[k].first > t) --k;
   return path.centers[k].second;

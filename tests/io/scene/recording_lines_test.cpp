@@ -8,6 +8,7 @@
 
 #include "dyop/io/recording_writer.h"
 #include "io/scene/small_run.h"
+#include "support/inputs/world_scenes.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {
@@ -62,6 +63,33 @@ TEST_F(RecordingLines, HoldEveryNumberExactly) {
       EXPECT_NEAR(row[10 + i], state.twist.w_WB[i], 1e-14);
     }
   }
+}
+
+// Also of a slot that was empty from the start, and of one that is new.
+TEST_F(RecordingLines, AreNullWhereABodyIsNotThere) {
+  const std::filesystem::path file = directory_.path() / "run.h5";
+  const auto ball = std::make_shared<Sphere>(0.5);
+  World world(testing::earth_options());
+  for (const Scalar x : {0.0, 3.0, 6.0})
+    world.add_body(testing::dynamic_body("ball", ball, {x, 0, 0}));
+  world.remove_body(BodyId(1));
+  RecordingWriter writer(file, {});
+  writer.write(world.advance(0.01), world);
+  world.add_body(testing::dynamic_body("third", ball, {9, 0, 0}));
+  world.add_body(testing::dynamic_body("fourth", ball, {12, 0, 0}));
+  writer.write(world.advance(0.01), world);
+  writer.finish();
+  std::stringstream text;
+  write_json_lines(text, RecordingReader(file));
+  std::vector<std::vector<bool>> is_null;
+  for (std::string line; std::getline(text, line);) {
+    const Json record = Json::parse(line);
+    if (record.at("record") != "step") continue;
+    is_null.emplace_back();
+    for (const Json& state : record.at("states")[2]) is_null.back().push_back(state.is_null());
+  }
+  EXPECT_EQ(is_null, (std::vector<std::vector<bool>>{{false, true, false, true},
+                                                     {false, false, false, false}}));
 }
 
 TEST_F(RecordingLines, OfAKilledRunHaveNoEnd) {
