@@ -24,6 +24,14 @@ void add_frame_options(CLI::App& command, FrameOptions& options) {
   command.add_option("--browser", options.browser, "Chromium, if it is not on the path");
 }
 
+void add_live_options(CLI::App& command, LivePage& page) {
+  command.add_option("--port", page.port, "Of the page with --live; 0: any that is free")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  command.add_flag("--end-with-run", page.ends_with_run,
+                   "With --live: do not wait for Ctrl-C once the run is over");
+}
+
 void write_page(const fs::path& file, const std::string& html) {
   io_internal::write_whole_file(file, html);
 }

@@ -14,6 +14,15 @@ namespace dyop::cli {
 /// The options of frames, but the one that says where they go.
 void add_frame_options(CLI::App& command, FrameOptions& options);
 
+/// How `view` and `tool` serve a live page.
+struct LivePage {
+  int port = 0;
+  bool ends_with_run = false;
+};
+
+/// --port and --end-with-run.
+void add_live_options(CLI::App& command, LivePage& page);
+
 void write_page(const std::filesystem::path& file, const std::string& html);
 
 /// write_frames() of a page that need not be kept.

@@ -49,10 +49,9 @@ struct ViewArguments {
   FrameOptions frame_options;
   bool is_live = false;
   bool checks = false;
-  bool ends_with_run = false;
   bool starts_paused = false;
   bool is_paced = false;
-  int port = 0;
+  LivePage live;
   int threads = 0;
   bool is_json = false;
 };
@@ -147,7 +146,7 @@ ExitCode view_live(const ViewArguments& arguments) {
   for (std::size_t k = 0; k < scene.bodies.size(); ++k) {
     page_scene.bodies[k].shape_name = scene.shape_names[k];
   }
-  LiveServer server(PageEncoder(std::move(page_scene)), arguments.port);
+  LiveServer server(PageEncoder(std::move(page_scene)), arguments.live.port);
   server.publish(RunFollower::start(world));
   if (arguments.starts_paused) server.pause();
   tell(arguments, "address", server.address());
@@ -159,7 +158,7 @@ ExitCode view_live(const ViewArguments& arguments) {
     tell(arguments, "page", arguments.out);
   }
   tell(arguments, "t", std::to_string(world.time()));
-  if (!arguments.ends_with_run && !interrupt.token().stop_requested()) {
+  if (!arguments.live.ends_with_run && !interrupt.token().stop_requested()) {
     if (!arguments.is_json) std::cout << "the run is over; Ctrl-C ends the page" << std::endl;
     interrupt.wait();
   }
@@ -202,15 +201,11 @@ void add_view_command(CLI::App& app, ExitCode& exit_code) {
   command->add_option("-o,--out", arguments->out, "Page to write");
   command->add_flag("--live", arguments->is_live,
                     "Simulate FILE and serve its page meanwhile, on this machine only");
-  command->add_option("--port", arguments->port, "Of the page with --live; 0: any that is free")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
   command->add_flag("--paused", arguments->starts_paused,
                     "With --live: the run waits for Resume in the page");
   command->add_flag("--paced", arguments->is_paced,
                     "With --live: no faster than the clock, times --speed");
-  command->add_flag("--end-with-run", arguments->ends_with_run,
-                    "With --live: do not wait for Ctrl-C once the run is over");
+  add_live_options(*command, arguments->live);
   command->add_option("--frames", arguments->frames,
                       "Pictures at equal steps of time: a directory, or a film FILE.mp4");
   add_frame_options(*command, arguments->frame_options);

@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/console.h"
+#include "cli/page/page_output.h"
 #include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_device.h"
 #include "cli/tool/tool_summary.h"
@@ -53,8 +54,7 @@ struct ToolArguments {
   std::string listen = "127.0.0.1";
   std::string receiver;
   bool is_live = false;
-  int port = 0;
-  bool ends_with_run = false;
+  LivePage live;
 };
 
 // What each stroke was like.
@@ -122,7 +122,7 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   }
   if (!arguments.recording.empty()) links.recording = make_tool_output(arguments.recording, run);
   if (arguments.is_live) {
-    links.live = make_live_tool(run, arguments.port);
+    links.live = make_live_tool(run, arguments.live.port);
     std::printf("address: %s\n", links.live->address().c_str());
     std::fflush(stdout);
   }
@@ -221,7 +221,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
   if (links.recording) {
     std::printf("recording: %zu bytes a tick\n", links.recording->bytes_per_tick());
   }
-  if (links.live && !arguments.ends_with_run && !interrupt.token().stop_requested()) {
+  if (links.live && !arguments.live.ends_with_run && !interrupt.token().stop_requested()) {
     std::printf("the run is over; Ctrl-C ends the page\n");
     std::fflush(stdout);
     interrupt.wait();
@@ -259,11 +259,7 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
                       "over UDP; over TCP the device gets them anyway");
   command->add_flag("--live", arguments->is_live,
                     "By the clock, with a page that follows the run, on this machine only");
-  command->add_option("--port", arguments->port, "Of the page with --live; 0: any that is free")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  command->add_flag("--end-with-run", arguments->ends_with_run,
-                    "With --live: do not wait for Ctrl-C once the run is over");
+  add_live_options(*command, arguments->live);
   command->callback([arguments, &exit_code] { exit_code = run_tool(*arguments); });
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes the columns of an ordinary block of those of a chunk (src/view/rounded_rows.h), which are
-// whole numbers of steps, as differences from what was to be expected.
+// Reads a chunk (src/view/rounded_rows.h), whose columns are whole numbers of steps, as differences from
+// what was to be expected. Gaps and contacts stay columns: rows are made of those that are looked at.
 import {exponential, kKinds, times as product, turned} from './motion.js';
+import {lastAtMost, segmentAt} from './store.js';
 
 const kIsLarge = 0xffffffff;
 const kRest = kKinds.indexOf('rest');
@@ -125,11 +126,15 @@ class Reader {
   }
 }
 
+// The columns of each kind of motion, and of all segments in order, body by body: when, and where in
+// the columns of their kind.
 function segments({columns, steps}, bodies) {
   const kinds = columns['segment.kind'];
   const counts = {rest: 0, twist: 0, cubic: 0};
   for (const kind of kinds) counts[kKinds[kind & 7]] += 1;
   const out = tables(counts);
+  const order = {begins: new Float64Array(kinds.length), ends: new Float64Array(kinds.length),
+                 kinds: kinds.map((kind) => kind & 7), rows: new Uint32Array(kinds.length)};
   const reader = new Reader(columns, steps);
   const {times} = columns;
   let row = 0;
@@ -140,14 +145,15 @@ function segments({columns, steps}, bodies) {
       const first = (last + columns['segment.begin'][row]) >>> 0;
       last = first + columns['segment.end'][row];
       const [begin, end] = [times[first], times[last]];
-      const kind = kinds[row] & 7;
+      const kind = order.kinds[row];
       const to = out[kKinds[kind]];
       const place = to.next++;
       const isCentral = (kinds[row] & kCentral) !== 0;
       to.body[place] = body;
-      to.begin[place] = begin;
-      to.end[place] = end;
+      to.begin[place] = order.begins[row] = begin;
+      to.end[place] = order.ends[row] = end;
       to.central[place] = isCentral ? 1 : 0;
+      order.rows[row] = place;
       reader.setCentral(isCentral);
       reader.pose(to, place);
       if (kind === kRest) reader.rest();
@@ -155,85 +161,222 @@ function segments({columns, steps}, bodies) {
       else reader.cubic(to, place, begin, end - begin);
     }
   });
-  const found = {};
-  for (const [kind, table] of Object.entries(out)) {
-    for (const [name, column] of Object.entries(table)) {
-      if (name !== 'next') found[`${kind}.${name}`] = column instanceof Filled ? column.values : column;
-    }
-  }
-  return found;
+  const plain = (table) => Object.fromEntries(Object.entries(table)
+    .map(([name, column]) => [name, column instanceof Filled ? column.values : column]));
+  return {parts: Object.fromEntries(Object.entries(out).map(([kind, table]) => [kind, plain(table)])), order};
 }
 
-// The bodies of each row of a list of pairs.
-function pairNames(columns, name, total) {
-  const names = {a: new Uint32Array(total), b: new Uint32Array(total)};
-  let row = 0;
-  columns[`${name}.count`].forEach((count, pair) => {
-    for (let k = 0; k < count; ++k, ++row) {
-      names.a[row] = columns[`${name}.a`][pair];
-      names.b[row] = columns[`${name}.b`][pair];
+// What is recorded of some bodies as it is: their screws, and times at which they are absent.
+function exactPart(columns, kind) {
+  const own = Object.entries(columns).filter(([name]) => name.startsWith(`${kind}.`));
+  return Object.fromEntries(own.map(([name, column]) => [name.slice(kind.length + 1), column]));
+}
+
+function trackOf(values, first, end) {
+  return {values: values.subarray(first, end), length: end - first};
+}
+
+// The segments of each body in order of time.
+function tracksOf(order, counts, parts) {
+  let first = 0;
+  const tracks = Array.from(counts, (count) => {
+    const end = first + count;
+    const track = {begins: trackOf(order.begins, first, end), ends: trackOf(order.ends, first, end),
+                   kinds: trackOf(order.kinds, first, end), rows: trackOf(order.rows, first, end)};
+    track.parts = track.kinds;
+    first = end;
+    return track;
+  });
+  const more = new Map();  // by body
+  for (const kind of ['screw', 'absent']) {
+    parts[kind].body?.forEach((body, row) => {
+      if (!more.has(body)) more.set(body, []);
+      more.get(body).push({begin: parts[kind].begin[row], end: parts[kind].end[row], kind: kKinds.indexOf(kind), row});
+    });
+  }
+  for (const [body, added] of more) tracks[body] = withMore(tracks[body], added);
+  return tracks;
+}
+
+function withMore({begins, ends, kinds, rows}, added) {
+  const all = Array.from(begins.values, (begin, k) => (
+    {begin, end: ends.values[k], kind: kinds.values[k], row: rows.values[k]}));
+  all.push(...added);
+  all.sort((a, b) => a.begin - b.begin || a.kind - b.kind);
+  const column = (Type, key) => trackOf(Type.from(all, (one) => one[key]), 0, all.length);
+  const kindsOfAll = column(Uint8Array, 'kind');
+  return {begins: column(Float64Array, 'begin'), ends: column(Float64Array, 'end'), kinds: kindsOfAll,
+          parts: kindsOfAll, rows: column(Uint32Array, 'row')};
+}
+
+// The vectors of a column of differences; that of a row was expected where that of row from[row] is, or
+// at zero if that is negative. Without `from`: where the row before it is.
+function vectors(columns, name, step, from) {
+  const count = columns[`${name}x`]?.length ?? 0;
+  const values = new Float64Array(3 * count);
+  ['x', 'y', 'z'].forEach((axis, number) => {
+    const steps = columns[`${name}${axis}`];
+    const large = columns[`${name}${axis}!`];
+    const out = values.subarray(number * count, (number + 1) * count);
+    for (let row = 0, next = 0; row < count; ++row) {
+      const code = steps[row];
+      const before = from ? from[row] : row - 1;
+      out[row] = code === kIsLarge ? large[next++] : (before < 0 ? 0 : out[before]) + step * ((code >>> 1) ^ -(code & 1));
     }
   });
-  return names;
+  return {count, values};
 }
 
-function gaps({columns, steps}) {
-  const flags = columns['gap.flags'];
-  const count = flags.length;
-  const {times} = columns;
-  const {a, b} = pairNames(columns, 'gap_pair', count);
-  const [pa, pb, pivot] = ['pa', 'pb', 'pivot'].map((name) => new Vectors(columns, `gap.${name}`));
-  const out = {pa: new Filled(count), pb: new Filled(count), pivot: new Filled(count)};
-  const unknown = [NaN, NaN, NaN];
-  let [place, way, middle] = [kZero, kZero, kZero];
-  for (let row = 0; row < count; ++row) {
-    const [hasWitness, hasPivot] = [flags[row] & 2, flags[row] & 4];
-    const upper = columns['gap.upper'][row];
-    if (hasWitness) {
-      place = pa.read(place, steps.place);
-      way = pb.read(way, steps.direction);
+function vectorAt({count, values}, row) {
+  return [values[row], values[count + row], values[2 * count + row]];
+}
+
+// The gaps of all pairs, pair by pair, each pair's in order of time.
+class Gaps {
+  constructor({columns, steps}) {
+    const flags = columns['gap.flags'];
+    this.flags = flags;
+    this.t = Float64Array.from(columns['gap.t'], (k) => columns.times[k]);
+    [this.lower, this.upper] = [columns['gap.lower'], columns['gap.upper']];
+    this.noWidth = steps.contact;
+    [this.pa, this.ways] = [vectors(columns, 'gap.pa', steps.place), vectors(columns, 'gap.pb', steps.direction)];
+    this.pivots = vectors(columns, 'gap.pivot', steps.contact);
+    [this.witness, this.pivot] = [new Int32Array(flags.length), new Int32Array(flags.length)];  // rows of those vectors
+    for (let row = 0, witness = 0, pivot = 0; row < flags.length; ++row) {
+      this.witness[row] = flags[row] & 2 ? witness++ : -1;
+      this.pivot[row] = flags[row] & 4 ? pivot++ : -1;
     }
-    if (hasPivot) middle = pivot.read(middle, steps.contact);
-    const width = Number.isFinite(upper) && upper > 0 ? upper : steps.contact;
-    out.pa.set(row, hasWitness ? place : unknown);
-    out.pb.set(row, hasWitness ? way.map((x) => x * width) : unknown);
-    out.pivot.set(row, hasPivot ? middle : unknown);
   }
-  return {
-    'gap.t': Float64Array.from(columns['gap.t'], (k) => times[k]), 'gap.a': a, 'gap.b': b,
-    'gap.lower': columns['gap.lower'], 'gap.upper': columns['gap.upper'],
-    'gap.resting': flags.map((x) => x & 1), 'gap.proof': flags.map((x) => x >>> 3),
-    'gap.pa': out.pa.values, 'gap.pb': out.pb.values, 'gap.pivot': out.pivot.values,
-  };
+
+  // A row of an ordinary table.
+  row(row, {a, b}) {
+    const {[row]: flags} = this.flags;
+    const upper = this.upper[row];
+    const [witness, pivot] = [this.witness[row], this.pivot[row]];
+    const width = Number.isFinite(upper) && upper > 0 ? upper : this.noWidth;
+    const pa = witness < 0 ? [NaN, NaN, NaN] : vectorAt(this.pa, witness);
+    const from = witness < 0 ? kZero : pa;
+    return {t: this.t[row], a, b, lower: this.lower[row], upper, resting: flags & 1, proof: flags >>> 3, pa,
+            pb: witness < 0 ? [NaN, NaN, NaN] : plus(pa, vectorAt(this.ways, witness), width),
+            pivot: pivot < 0 ? [NaN, NaN, NaN] : plus(from, vectorAt(this.pivots, pivot), 1)};
+  }
 }
 
-function contacts({columns, steps}) {
-  const begins = columns['contact.begin'];
-  const count = begins.length;
-  const {times} = columns;
-  const {a, b} = pairNames(columns, 'contact_pair', count);
-  const read = ['p', 'normal', 'impulse'].map((name) => new Vectors(columns, `contact.${name}`));
-  const stepsOf = [steps.contact, steps.direction, steps.impulse];
-  const out = read.map(() => new Filled(count));
-  const nothing = [kZero, kZero, kZero];
-  let [before, now] = [[], []];
-  for (let row = 0; row < count; ++row) {
-    const isSame = row > 0 && a[row] === a[row - 1] && b[row] === b[row - 1] && begins[row] === begins[row - 1];
-    if (!isSame) [before, now] = [now, []];
-    const expected = before[now.length] ?? now.at(-1) ?? before.at(-1) ?? nothing;
-    now.push(read.map((vectors, k) => vectors.read(expected[k], stepsOf[k])));
-    now.at(-1).forEach((v, k) => out[k].set(row, v));
+// The contacts of all pairs, pair by pair, each pair's in order of time.
+class Contacts {
+  constructor({columns, steps}) {
+    this.begin = Float64Array.from(columns['contact.begin'], (k) => columns.times[k]);
+    this.end = Float64Array.from(columns['contact.begin'], (k, row) => columns.times[k + columns['contact.end'][row]]);
+    this.resting = columns['contact.resting'];
+    const from = this.#expected(columns['contact_pair.count']);
+    this.p = vectors(columns, 'contact.p', steps.contact, from);
+    this.normal = vectors(columns, 'contact.normal', steps.direction, from);
+    this.impulse = vectors(columns, 'contact.impulse', steps.impulse, from);
   }
-  return {
-    'contact.begin': Float64Array.from(begins, (k) => times[k]),
-    'contact.end': Float64Array.from(begins, (k, row) => times[k + columns['contact.end'][row]]),
-    'contact.a': a, 'contact.b': b, 'contact.resting': columns['contact.resting'],
-    'contact.p': out[0].values, 'contact.normal': out[1].values, 'contact.impulse': out[2].values,
-  };
+
+  // Of each row the one where it is expected: its like in the frame before, of this pair or the one
+  // before it.
+  #expected(counts) {
+    const from = new Int32Array(this.begin.length);
+    let [before, now] = [0, 0];  // where the contacts of the frame before begin, and those of this one
+    let pairEnds = 0;
+    let pair = 0;
+    for (let row = 0; row < from.length; ++row) {
+      const isNewPair = row === pairEnds;
+      if (isNewPair) pairEnds += counts[pair++];
+      if (isNewPair || this.begin[row] !== this.begin[row - 1]) [before, now] = [now, row];
+      const same = before + (row - now);
+      from[row] = same < now ? same : row - 1;
+    }
+    return from;
+  }
+
+  row(row, {a, b}) {
+    return {begin: this.begin[row], end: this.end[row], a, b, resting: this.resting[row], p: vectorAt(this.p, row),
+            normal: vectorAt(this.normal, row), impulse: vectorAt(this.impulse, row)};
+  }
 }
 
-// The columns of a chunk as those of an ordinary block; `bodies` are all of the run.
-export function columnsOfChunk(block, bodies) {
-  const rest = Object.entries(block.columns).filter(([name]) => /^(absent|screw)\./.test(name));
-  return {...Object.fromEntries(rest), ...segments(block, bodies), ...gaps(block), ...contacts(block)};
+const kNone = {first: 0, end: 0};
+
+// As the Pair of a Store, of rows that are made when they are asked for.
+class ChunkPair {
+  constructor(a, b, gaps, contacts) {
+    [this.a, this.b] = [a, b];
+    [this.gapTable, this.contactTable] = [gaps, contacts];
+    this.gapRows = this.contactRows = kNone;
+  }
+
+  #gap(row) {
+    return this.gapTable.row(row, this);
+  }
+  gapAt(t) {
+    const {first, end} = this.gapRows;
+    const row = lastAtMost(this.gapTable.t, end, t, first);
+    if (row < first) return undefined;
+    if (this.lastGap?.row !== row) this.lastGap = {row, gap: this.#gap(row)};
+    return this.lastGap.gap;
+  }
+  get gaps() {
+    const {first, end} = this.gapRows;
+    return Array.from({length: end - first}, (_, k) => this.#gap(first + k));
+  }
+
+  // The contacts of one begin, the last of which is in this row.
+  #group(last) {
+    const {begin, end} = this.contactTable;
+    let first = last;
+    while (first > this.contactRows.first && begin[first - 1] === begin[last]) first -= 1;
+    const rows = Array.from({length: last - first + 1}, (_, k) => this.contactTable.row(first + k, this));
+    return {begin: begin[last], end: end[last], rows, first};
+  }
+  groupAt(t) {
+    const {first, end} = this.contactRows;
+    const table = this.contactTable;
+    let row = lastAtMost(table.begin, end, t, first);
+    if (row < first) return undefined;
+    if (table.begin[row] === t) {
+      let before = row;
+      while (before >= first && table.begin[before] === t) before -= 1;
+      if (before >= first && table.end[before] === t) row = before;
+    }
+    if (this.lastGroup?.row !== row) this.lastGroup = {row, group: this.#group(row)};
+    return this.lastGroup.group;
+  }
+  get contacts() {
+    const groups = [];
+    for (let row = this.contactRows.end - 1; row >= this.contactRows.first;) {
+      groups.push(this.#group(row));
+      row = groups.at(-1).first - 1;
+    }
+    return groups.reverse();
+  }
+}
+
+// As Store, of one chunk; `bodies` are all of the run.
+export class ChunkStore {
+  constructor(block, bodies) {
+    const {columns} = block;
+    const {parts, order} = segments(block, bodies);
+    for (const kind of ['screw', 'absent']) parts[kind] = exactPart(columns, kind);
+    this.parts = kKinds.map((kind) => parts[kind]);
+    this.tracks = tracksOf(order, columns['segment.count'], parts);
+    const [gaps, contacts] = [new Gaps(block), new Contacts(block)];
+    this.pairs = new Map();  // by name
+    const addRows = (name, key) => {
+      let first = 0;
+      columns[`${name}.count`].forEach((count, number) => {
+        const [a, b] = [columns[`${name}.a`][number], columns[`${name}.b`][number]];
+        const pair = this.pairs.get(`${a}-${b}`) ?? new ChunkPair(a, b, gaps, contacts);
+        pair[key] = {first, end: (first += count)};
+        this.pairs.set(`${a}-${b}`, pair);
+      });
+    };
+    addRows('gap_pair', 'gapRows');
+    addRows('contact_pair', 'contactRows');
+  }
+
+  segmentAt(body, t) {
+    return segmentAt(this.tracks[body.number], t);
+  }
 }

@@ -6,7 +6,7 @@ import {element} from './element.js';
 import {saveChart} from './export.js';
 import {differenceCurve} from './compare.js';
 import {kQuantities, ownChart, ownChartOfLarge} from './own_charts.js';
-import {lastAtMost} from './run.js';
+import {lastAtMost} from './store.js';
 
 const kHues = {light: ['#2563eb', '#d97706', '#2f9e44', '#9333ea', '#d6336c', '#0e7490'],
                dark: ['#7aa7ff', '#fbbf6b', '#6fd08c', '#c59bff', '#ff8fb5', '#5fd0e0']};

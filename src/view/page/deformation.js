@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Meshes that deform: vertices plus a sum of displacement fields, with weights over time.
 import {readRounded} from './blocks.js';
-import {lastAtMost} from './run.js';
+import {lastAtMost} from './store.js';
 
 export function readDeformation(block, number) {
   const deformation = {body: block.deformations[number].body, times: [], rows: [], modes: []};

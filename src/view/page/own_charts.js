@@ -65,7 +65,10 @@ export async function ownChartOfLarge(run, key, body, other) {
   const isOwn = ({a, b}) => a === body.number || b === body.number;
   await run.visitAll((begin, end, store) => {
     if (key === 'force') {
-      contacts.push(...store.contacts.rows.filter((row) => row.begin >= begin && isOwn(row)));
+      for (const pair of store.pairs.values()) {
+        if (!isOwn(pair)) continue;
+        for (const group of pair.contacts) if (group.begin >= begin) contacts.push(...group.rows);
+      }
     } else if (key === 'gap') {
       for (const [t, value] of gaps(store, body, other)) found.set(t, value);
     } else {

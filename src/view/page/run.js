@@ -2,179 +2,15 @@
 // A run: its bodies, their motions, and what happened when. Blocks are appended in order of time.
 import {evaluate, kKinds, newState, turned} from './motion.js';
 import {readSurface} from './blocks.js';
-import {columnsOfChunk} from './chunk.js';
+import {ChunkStore} from './chunk.js';
 import {growDeformation, readDeformation} from './deformation.js';
-
-// A list of numbers that grows.
-class Column {
-  constructor(Type) {
-    this.values = new Type(64);
-    this.length = 0;
-  }
-  push(value) {
-    if (this.length === this.values.length) {
-      const larger = new this.values.constructor(2 * this.length);
-      larger.set(this.values);
-      this.values = larger;
-    }
-    this.values[this.length++] = value;
-  }
-}
-
-// The last k < length with values[k] <= x, or -1.
-export function lastAtMost(values, length, x) {
-  let low = 0;
-  let high = length;
-  while (low < high) {
-    const middle = (low + high) >>> 1;
-    if (values[middle] <= x) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
-}
-
-// The contacts of a pair that are known at t: where a frame ends and the next one begins, those of the
-// one that ends, which are where bodies are.
-function groupAt(groups, t) {
-  const place = lastPlace(groups, 'begin', t);
-  return place > 0 && groups[place].begin === t && groups[place - 1].end === t ? groups[place - 1] : groups[place];
-}
-
-function lastRow(rows, key, t) {
-  return rows[lastPlace(rows, key, t)];
-}
-
-// The place of the last row with key <= t, or -1.
-function lastPlace(rows, key, t) {
-  let low = 0;
-  let high = rows.length;
-  while (low < high) {
-    const middle = (low + high) >>> 1;
-    if (rows[middle][key] <= t) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
-}
+import {lastRow, Store, Table} from './store.js';
 
 // Colours of states that last until the next one, in order of their first appearance.
 const kStateColors = ['#8a94a6', '#2f9e44', '#d97706', '#d6336c', '#7c3aed', '#0e7490', '#a16207', '#4d7c0f'];
 const kTouchFrames = 10;  // without contact, after which a pair touches anew
 const kRest = kKinds.indexOf('rest');
 const kAbsent = kKinds.indexOf('absent');
-
-// A table whose rows come in order of `key`, in one part a block.
-class Table {
-  constructor(key, vectors) {
-    this.key = key;
-    this.vectors = new Set(vectors);
-    this.rows = [];
-    this.keys = new Column(Float64Array);
-  }
-  append(columns, name) {
-    const prefix = `${name}.`;
-    const names = Object.keys(columns).filter((key) => key.startsWith(prefix));
-    const count = columns[prefix + this.key]?.length ?? 0;
-    const first = this.rows.length;
-    for (let k = 0; k < count; ++k) {
-      const row = {};
-      for (const full of names) {
-        const column = columns[full];
-        const short = full.slice(prefix.length);
-        row[short] = this.vectors.has(short)
-          ? [column[k], column[count + k], column[2 * count + k]]
-          : column[k];
-      }
-      this.rows.push(row);
-      this.keys.push(row[this.key]);
-    }
-    return first;
-  }
-  // The place of the last row at or before t, or -1.
-  at(t) {
-    return lastAtMost(this.keys.values, this.keys.length, t);
-  }
-}
-
-// The motions of all bodies over a span of time, and what was near what in it.
-class Store {
-  constructor(bodyCount) {
-    this.tracks = Array.from({length: bodyCount}, () => ({
-      begins: new Column(Float64Array),
-      ends: new Column(Float64Array),
-      kinds: new Column(Uint8Array),
-      parts: new Column(Uint32Array),
-      rows: new Column(Uint32Array),
-    }));
-    this.parts = [];  // columns of one kind from one block
-    this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
-    this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
-    this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
-    this.end = -Infinity;
-  }
-
-  append(columns) {
-    this.#appendSegments(columns);
-    const gaps = this.gaps.rows.slice(this.gaps.append(columns, 'gap'));
-    for (const gap of gaps) {
-      // Recorded as offsets from the point of A, so that they are exact where it counts.
-      if (Number.isFinite(gap.pa[0])) {
-        for (const name of ['pb', 'pivot']) gap[name].forEach((x, k) => (gap[name][k] = gap.pa[k] + x));
-      }
-      this.#pair(gap).gaps.push(gap);
-    }
-    const contacts = this.contacts.rows.slice(this.contacts.append(columns, 'contact'));
-    return contacts.map((contact) => this.#addContact(contact)).filter(Boolean);
-  }
-
-  #appendSegments(columns) {
-    const found = [];
-    kKinds.forEach((kind, number) => {
-      const own = {};
-      for (const [name, column] of Object.entries(columns)) {
-        if (name.startsWith(`${kind}.`)) own[name.slice(kind.length + 1)] = column;
-      }
-      if (!own.body || own.body.length === 0) return;
-      const part = this.parts.push(own) - 1;
-      for (let row = 0; row < own.body.length; ++row) {
-        found.push({body: own.body[row], begin: own.begin[row], end: own.end[row], number, part, row});
-      }
-    });
-    found.sort((a, b) => a.begin - b.begin);
-    for (const {body, begin, end, number, part, row} of found) {
-      const track = this.tracks[body];
-      track.begins.push(begin);
-      track.ends.push(end);
-      track.kinds.push(number);
-      track.parts.push(part);
-      track.rows.push(row);
-      this.end = Math.max(this.end, end);
-    }
-  }
-
-  #pair(row) {
-    const name = `${row.a}-${row.b}`;
-    let pair = this.pairs.get(name);
-    if (!pair) this.pairs.set(name, (pair = {a: row.a, b: row.b, gaps: [], contacts: []}));
-    return pair;
-  }
-
-  // Returns the first contact of a group, with the group of the pair before it.
-  #addContact(contact) {
-    const pair = this.#pair(contact);
-    const last = pair.contacts.at(-1);
-    if (last?.begin === contact.begin) {
-      last.rows.push(contact);
-      return undefined;
-    }
-    pair.contacts.push({begin: contact.begin, end: contact.end, rows: [contact]});
-    return {contact, last};
-  }
-
-  segmentAt(body, t) {
-    const {begins} = this.tracks[body.number];
-    return begins.length === 0 ? -1 : Math.max(0, lastAtMost(begins.values, begins.length, t));
-  }
-}
 
 const kKeptChunks = 4;
 
@@ -344,12 +180,17 @@ export class Run {
   lookAt(t) {
     const wanted = this.#chunkAt(t);
     if (!wanted) return undefined;
-    this.#read(this.chunks[this.chunks.indexOf(wanted) + 1]);  // will be wanted next
-    if (wanted.store) {
-      this.#show(wanted);
-      return undefined;
-    }
-    return this.#read(wanted).then(() => this.#show(wanted));
+    this.wanted = wanted;
+    if (!wanted.store) return this.#readWanted(wanted);
+    this.#show(wanted);
+    if (!this.reading) this.#read(this.chunks[this.chunks.indexOf(wanted) + 1]);  // will be wanted next
+    return undefined;
+  }
+
+  // After what is being read now, unless another time is looked at by then.
+  async #readWanted(wanted) {
+    while (!wanted.store && this.wanted === wanted) await (this.reading ?? this.#read(wanted));
+    if (this.wanted === wanted) this.#show(wanted);
   }
 
   #show(chunk) {
@@ -365,11 +206,9 @@ export class Run {
 
   #read(chunk) {
     if (!chunk) return undefined;
-    chunk.reading ??= chunk.read().then((block) => {
-      const store = new Store(this.bodies.length);
-      store.append(columnsOfChunk(block, this.bodies));
-      return (chunk.store = store);
-    });
+    chunk.reading ??= this.reading = chunk.read()
+      .then((block) => (chunk.store = new ChunkStore(block, this.bodies)))
+      .finally(() => (this.reading = undefined));
     return chunk.reading;
   }
 
@@ -448,7 +287,7 @@ export class Run {
   contactsAt(t) {
     const found = [];
     for (const pair of this.#storeAt(t).pairs.values()) {
-      const group = groupAt(pair.contacts, t);
+      const group = pair.groupAt(t);
       if (!group) continue;
       if (group.end >= t || (group.rows[0].resting && this.#rested(pair, group.end, t))) {
         found.push(...group.rows);
@@ -463,7 +302,7 @@ export class Run {
     const oldest = frame ? Math.min(frame.end, t) : t;
     const found = [];
     for (const pair of this.#storeAt(t).pairs.values()) {
-      const gap = lastRow(pair.gaps, 't', t);
+      const gap = pair.gapAt(t);
       if (!gap) continue;
       if (gap.t >= oldest || (gap.resting && this.#rested(pair, gap.t, t))) found.push(gap);
     }
