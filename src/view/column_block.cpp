@@ -13,14 +13,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the page reads little-endian numbers");
 
-constexpr int kCompressionLevel = 6;
+constexpr int kTightLevel = 6;
+constexpr int kQuickLevel = 4;
 
-std::string compressed(const std::string& bytes) {
+std::string compressed(const std::string& bytes, int level) {
   uLongf size = compressBound(uLong(bytes.size()));
   std::string result(size, '\0');
-  const int status = compress2(reinterpret_cast<Bytef*>(result.data()), &size,
-                               reinterpret_cast<const Bytef*>(bytes.data()), uLong(bytes.size()),
-                               kCompressionLevel);
+  const int status =
+      compress2(reinterpret_cast<Bytef*>(result.data()), &size,
+                reinterpret_cast<const Bytef*>(bytes.data()), uLong(bytes.size()), level);
   if (status != Z_OK) throw InternalError("zlib refused to compress a block of a page");
   result.resize(size);
   return result;
@@ -71,14 +72,14 @@ void ColumnBlock::add(std::string_view name, std::span<const Vector3> values) {
   add(name, std::span<const double>(numbers));
 }
 
-std::string ColumnBlock::bytes(nlohmann::json header) const {
+std::string ColumnBlock::bytes(nlohmann::json header, Packing packing) const {
   header["columns"] = columns_;
   const std::string text = header.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   const auto length = std::uint32_t(text.size());
   std::string all(reinterpret_cast<const char*>(&length), sizeof(length));
   all += text;
   all += data_;
-  return compressed(all);
+  return compressed(all, packing == Packing::Quick ? kQuickLevel : kTightLevel);
 }
 
 nlohmann::json add_deformation(ColumnBlock& block, const std::string& name,

@@ -27,8 +27,12 @@ class ColumnBlock {
   /// Three columns in one: all x, then all y, then all z.
   void add(std::string_view name, std::span<const Vector3> values);
 
+  enum class Packing {
+    Tight,
+    Quick,  ///< in less than half the time, 1.5 % larger
+  };
   /// With the columns' names, types and places in `header`.
-  std::string bytes(nlohmann::json header) const;
+  std::string bytes(nlohmann::json header, Packing packing = Packing::Tight) const;
 
  private:
   template <typename Number>

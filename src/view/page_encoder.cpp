@@ -444,7 +444,7 @@ std::string PageEncoder::chunk(const TimeInterval& time, const PageSpan& span) c
                    {"contact", rounding.contact},
                    {"impulse", rounding.impulse},
                    {"direction", view_internal::Rounding::kDirection}};
-  return bytes + block.bytes({{"block", "chunk"}, {"steps", steps}});
+  return bytes + block.bytes({{"block", "chunk"}, {"steps", steps}}, ColumnBlock::Packing::Quick);
 }
 
 std::string PageEncoder::span(const PageSpan& span) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/view/page_file.h"
 
+#include <algorithm>
 #include <cstdint>
 
 #include "dyop/core/error.h"
@@ -12,11 +13,15 @@ namespace {
 constexpr std::string_view kTitlePlace = "<!--dyop:title-->";
 constexpr std::string_view kDataPlace = "<!--dyop:data-->";
 
-std::string base64(std::string_view bytes) {
+std::size_t base64_size(std::string_view bytes) {
+  return (bytes.size() + 2) / 3 * 4;
+}
+
+void append_base64(std::string_view bytes, std::string& text) {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
+  std::size_t at = text.size();
+  text.resize(at + base64_size(bytes));
   for (std::size_t k = 0; k < bytes.size(); k += 3) {
     const std::size_t count = std::min<std::size_t>(3, bytes.size() - k);
     std::uint32_t group = 0;
@@ -24,10 +29,9 @@ std::string base64(std::string_view bytes) {
       group = group << 8 | (j < count ? std::uint8_t(bytes[k + j]) : 0u);
     }
     for (std::size_t j = 0; j < 4; ++j) {
-      text += j <= count ? kDigits[group >> (18 - 6 * j) & 63] : '=';
+      text[at++] = j <= count ? kDigits[group >> (18 - 6 * j) & 63] : '=';
     }
   }
-  return text;
 }
 
 std::string escaped(std::string_view text) {
@@ -54,14 +58,19 @@ std::string filled_page(std::string_view title, const std::string& data) {
   DYOP_REQUIRE(has_page(),
                "this dyop was built without the page that plays recordings: it needs "
                "npm packages (bash .ci/install.sh page) when it is built");
-  std::string page(view_internal::page_bytes());
-  const auto fill = [&](std::string_view place, const std::string& text) {
-    const std::size_t at = page.find(place);
-    if (at == std::string::npos) throw InternalError("the page has no " + std::string(place));
-    page.replace(at, place.size(), text);
+  std::string page;
+  page.reserve(view_internal::page_bytes().size() + title.size() + data.size());
+  std::string_view rest = view_internal::page_bytes();
+  const auto fill = [&](std::string_view place, std::string_view text) {
+    const std::size_t at = rest.find(place);
+    if (at == std::string_view::npos) throw InternalError("the page has no " + std::string(place));
+    page += rest.substr(0, at);
+    page += text;
+    rest = rest.substr(at + place.size());
   };
   fill(kTitlePlace, escaped(title));
   fill(kDataPlace, data);
+  page += rest;
   return page;
 }
 
@@ -72,11 +81,16 @@ bool has_page() {
 }
 
 std::string page_html(std::string_view title, std::span<const std::string> blocks) {
+  constexpr std::string_view kBegin = "<script type=\"text/plain\" class=\"block\">";
+  constexpr std::string_view kEnd = "</script>\n";
+  std::size_t size = 0;
+  for (const std::string& block : blocks) size += kBegin.size() + base64_size(block) + kEnd.size();
   std::string data;
+  data.reserve(size);
   for (const std::string& block : blocks) {
-    data += "<script type=\"text/plain\" class=\"block\">";
-    data += base64(block);
-    data += "</script>\n";
+    data += kBegin;
+    append_base64(block, data);
+    data += kEnd;
   }
   return filled_page(title, data);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <deque>
 #include <future>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -125,19 +126,25 @@ class BlockQueue {
  public:
   template <typename Encode>
   void add(Encode encode) {
-    blocks_.push_back(std::async(std::launch::async, std::move(encode)));
+    waiting_.push_back(std::async(std::launch::async, std::move(encode)));
     const auto threads = std::max<std::size_t>(1, std::thread::hardware_concurrency());
-    if (blocks_.size() > threads) blocks_[blocks_.size() - 1 - threads].wait();
+    if (waiting_.size() > threads) finish_first();
   }
 
   std::vector<std::string> take() {
-    std::vector<std::string> result;
-    for (std::future<std::string>& block : blocks_) result.push_back(block.get());
-    return result;
+    while (!waiting_.empty()) finish_first();
+    return std::move(done_);
   }
 
  private:
-  std::vector<std::future<std::string>> blocks_;
+  // Frees what the block was made of, too.
+  void finish_first() {
+    done_.push_back(waiting_.front().get());
+    waiting_.pop_front();
+  }
+
+  std::deque<std::future<std::string>> waiting_;
+  std::vector<std::string> done_;
 };
 
 // Poses of all bodies at a few times, and between them motions of constant twist.
