@@ -3,7 +3,7 @@
 // 9. A haptic loop: a tool driven by a device, tissue that breathes, a vessel to be kept away from.
 #include <dyop/geometry/triangle_mesh.h>
 #include <dyop/haptics/haptic_session.h>
-#include <dyop/io/anatomy.h>
+#include <dyop/io/haptic_scene_file.h>
 
 #include <cmath>
 #include <cstdio>

@@ -19,9 +19,10 @@ mistake() {
   file[$1]=$2 room[$1]=$3 filter[$1]=$4 old[$1]=$5 new[$1]=$6
 }
 
-mistake reference_time_forgotten src/motion/constant_twist_motion.cpp motion 'PoseScale*' \
-  'longest_time(t0_, interval)' 'longest_time(0, interval)'
-mistake jumps_of_parts_forgotten src/motion/sequence_motion.cpp motion 'PoseScale*' \
+mistake reference_time_forgotten src/motion/steady_motions.cpp motion 'PoseScale*' \
+  $'longest_time(t0_, interval);\n  using motion_internal::times;\n  return {X_WB0_' \
+  $'longest_time(0, interval);\n  using motion_internal::times;\n  return {X_WB0_'
+mistake jumps_of_parts_forgotten src/motion/composed_motion.cpp motion 'PoseScale*' \
   '(after.length - before.length)' '0'
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
   '2 * outer.angular_speed * inner.linear_speed + ' ''

@@ -6,7 +6,7 @@
 #include <dyop/chain/link_motion.h>
 #include <dyop/dynamics/world.h>
 #include <dyop/dyop.h>
-#include <dyop/io/recording_writer.h>
+#include <dyop/io/recording.h>
 #include <dyop/ompl/ompl_motion_validator.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/base/terminationconditions/IterationTerminationCondition.h>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "c/context.h"
 #include "c/convert.h"
-#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/interpolated_motion.h"
-#include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 
 namespace {

@@ -17,7 +17,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/chain/robot.h"
 
+#include <algorithm>
+
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -45,6 +47,22 @@ JointPath Robot::expand(const JointPath& free) const {
     controls.push_back(std::move(to));
   }
   return JointPath::bezier(free.times(), controls);
+}
+
+JointVector Robot::resting_state() const {
+  JointVector q(static_cast<Eigen::Index>(free_count()));
+  for (std::size_t k = 0; k < free_count(); ++k) {
+    const Joint& joint = chain->joints()[free_joints[k]];
+    q[Eigen::Index(k)] = std::clamp<Scalar>(0, joint.lower, joint.upper);
+  }
+  return q;
+}
+
+std::optional<Eigen::Index> Robot::free_index(const std::string& joint) const {
+  for (std::size_t k = 0; k < free_count(); ++k) {
+    if (chain->joints()[free_joints[k]].name == joint) return Eigen::Index(k);
+  }
+  return std::nullopt;
 }
 
 Robot make_robot(std::string name, KinematicChain chain) {

@@ -8,8 +8,7 @@
 #include <sstream>
 
 #include "dyop/io/motion_file.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "geometry/shape_forms.h"
 
 namespace dyop::cli {

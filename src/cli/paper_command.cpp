@@ -8,7 +8,7 @@
 #include "dyop/io/file_error.h"
 #include "dyop/paper/published_dyop.h"
 #include "io/file_bytes.h"
-#include "paper/experiment/paper_figures.h"
+#include "paper/experiment/paper_experiment.h"
 
 namespace dyop::cli {
 namespace {

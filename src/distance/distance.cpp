@@ -15,7 +15,7 @@
 #include "distance/pivot_seed.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance_result.h"
-#include "dyop/distance/penetration.h"
+#include "dyop/distance/gjk.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 

@@ -9,9 +9,9 @@
 
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/core/error.h"
 #include "dyop/core/export.h"
-#include "dyop/core/interrupt.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/ray_cast.h"
 #include "geometry/shape_tree.h"

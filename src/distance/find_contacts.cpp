@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/find_contacts.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +16,7 @@
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
+#include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"

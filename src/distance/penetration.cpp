@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/penetration.h"
-
 #include <ccd/ccd.h>
 
 #include <algorithm>

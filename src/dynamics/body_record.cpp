@@ -10,7 +10,7 @@
 #include "dyop/dynamics/integrator.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop::dynamics_internal {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/composed_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "motion/curve/chart_curve.h"
 
 namespace dyop::dynamics_internal {

@@ -7,7 +7,7 @@
 #include "core/tolerance.h"
 #include "dynamics/free_flight.h"
 #include "dynamics/world_impl.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 // An island falls asleep when it is slow and impulses at its contacts are found that balance
 // gravity, or when it has been slow for long. It wakes when forces change, when what its bodies lie

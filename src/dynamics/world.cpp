@@ -12,9 +12,9 @@
 #include "dynamics/world_impl.h"
 #include "dyop/core/error.h"
 #include "dyop/dynamics/advance_report.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/interpolated_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop {
 

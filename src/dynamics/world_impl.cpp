@@ -10,7 +10,7 @@
 #include "dynamics/free_flight.h"
 #include "dynamics/step/world_step.h"
 #include "dyop/core/error.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop {

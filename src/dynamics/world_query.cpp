@@ -8,8 +8,7 @@
 #include "dyop/core/error.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 // Queries of the bodies of a World as they stand.
 namespace dyop {

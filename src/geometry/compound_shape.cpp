@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/float_bounds.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/geometry/half_space.h"

@@ -7,9 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
-#include "geometry/hull/hull_climber.h"
+#include "dyop/geometry/primitives.h"
 #include "geometry/hull/quickhull.h"
 #include "geometry/solid.h"
 

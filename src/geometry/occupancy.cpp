@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop {
 namespace {

@@ -5,16 +5,8 @@
 #include <array>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/cone.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
-#include "dyop/geometry/rounded_box.h"
-#include "dyop/geometry/rounded_cylinder.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop::geometry_internal {
 namespace {

@@ -13,7 +13,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
 #include "geometry/compound_tree.h"
-#include "hierarchy/facing_box.h"
+#include "hierarchy/box_gaps.h"
 
 namespace dyop::geometry_internal {
 

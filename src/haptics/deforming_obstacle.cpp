@@ -11,8 +11,8 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/mesh_topology.h"
 #include "dyop/geometry/shape.h"
-#include "toi/deforming/chord_gap.h"
 #include "toi/deforming/deforming_pair.h"
+#include "toi/deforming/standing_pair.h"
 #include "toi/impact_band.h"
 
 namespace dyop::haptics_internal {

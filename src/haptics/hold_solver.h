@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_solver.h"
 #include "dyop/haptics/virtual_coupling.h"
 #include "haptics/obstacle.h"
 #include "haptics/tool_body.h"

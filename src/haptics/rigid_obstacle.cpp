@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "distance/distance_traversal.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "haptics/obstacle.h"
 
 namespace dyop::haptics_internal {

@@ -11,7 +11,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/haptics/haptic_scene.h"
 #include "dyop/haptics/haptic_tick.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop::haptics_internal {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "dyop/core/interrupt.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/haptics/haptic_tick.h"
 #include "dyop/toi/time_of_impact.h"
 

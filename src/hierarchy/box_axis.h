@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/simd.h"
-#include "hierarchy/facing_box.h"
+#include "hierarchy/box_gaps.h"
 
 // Finds a direction along which two boxes are far apart, for several boxes at once.
 //

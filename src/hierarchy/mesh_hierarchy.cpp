@@ -9,7 +9,6 @@
 #include <cmath>
 
 #include "core/assert.h"
-#include "core/float_bounds.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "hierarchy/box_fit.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/yaml_reader.h"
-
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
@@ -12,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/json_reader.h"
 #include "io/text_scanner.h"
 
 namespace dyop::io_internal {

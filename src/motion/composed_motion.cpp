@@ -5,6 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/tolerance.h"
+#include "dyop/core/error.h"
+#include "motion/curve/bernstein.h"
 #include "motion/curve/chart_curve.h"
 #include "motion/guarded_state.h"
 
@@ -70,6 +73,108 @@ PoseScale ComposedMotion::pose_scale(const TimeInterval& interval) const {
 
 Scalar ComposedMotion::smooth_until(Scalar t) const {
   return std::min(outer_->smooth_until(t), inner_->smooth_until(t));
+}
+
+namespace {
+
+// Allows for rounding of each pose (Motion::pose_scale). Returns the jump, relative to rounding.
+PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
+                          std::size_t index) {
+  const Scalar t = y.interval.begin;
+  const RigidPose X_WB0 = x.motion->pose(t);
+  const RigidPose X_WB1 = y.motion->pose(t);
+  const PoseScale scale0 = x.motion->pose_scale(x.interval);
+  const PoseScale scale1 = y.motion->pose_scale(y.interval);
+  const Scalar jump = (X_WB1.translation() - X_WB0.translation()).norm();
+  const Scalar turn = (X_WB1.rotation() - X_WB0.rotation()).norm();
+  const Scalar length = scale0.length + scale1.length;
+  const Scalar angle = scale0.angle + scale1.angle;
+  DYOP_REQUIRE(jump <= kPoseNoise * length && turn <= kPoseNoise * angle, "parts ", index, " and ",
+               index + 1, " of sequence motion do not meet at time ", t, ": the position jumps by ",
+               jump, ", the rotation matrix by ", turn);
+  return {jump / kPoseNoise, turn / kPoseNoise};
+}
+
+}  // namespace
+
+SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts)) {
+  DYOP_REQUIRE(!parts_.empty(), "sequence motion needs at least one part");
+  std::vector<motion_internal::SpeedTree::Speeds> speeds;
+  speeds.reserve(parts_.size());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const auto& [interval, motion] = parts_[i];
+    DYOP_REQUIRE(motion != nullptr, "motion of part ", i, " of sequence motion is null");
+    require_valid(interval, "interval of a part of sequence motion");
+    DYOP_REQUIRE(interval.length() > 0, "interval of part ", i,
+                 " of sequence motion must have a positive length, not [", interval.begin, ", ",
+                 interval.end, "]");
+    require_defined(*motion, interval, "part of sequence motion");
+    const TwistBound bound = motion->twist_bound(interval);
+    speeds.push_back({bound.linear_speed, bound.angular_speed});
+    pose_scale_ = motion_internal::larger_of(pose_scale_, motion->pose_scale(interval));
+    is_trusted_ = is_trusted_ && motion->is_trusted();
+    if (i == 0) {
+      jumps_.push_back({0, 0});
+      continue;
+    }
+    DYOP_REQUIRE(interval.begin == parts_[i - 1].interval.end, "part ", i,
+                 " of sequence motion must start where part ", i - 1, " ends, at ",
+                 parts_[i - 1].interval.end, ", not at ", interval.begin);
+    const PoseScale jump = require_meeting(parts_[i - 1], parts_[i], i - 1);
+    jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
+  }
+  speeds_ = std::make_shared<const motion_internal::SpeedTree>(speeds);
+}
+
+// The part valid from t on; the first one before the domain, the last one at its end.
+std::size_t SequenceMotion::part_at(Scalar t) const {
+  const auto next = std::upper_bound(parts_.begin() + 1, parts_.end(), t,
+                                     [](Scalar x, const Part& p) { return x < p.interval.begin; });
+  return static_cast<std::size_t>(next - parts_.begin()) - 1;
+}
+
+TimeInterval SequenceMotion::domain() const {
+  return {parts_.front().interval.begin, parts_.back().interval.end};
+}
+
+RigidPose SequenceMotion::pose(Scalar t) const {
+  return parts_[part_at(t)].motion->pose(t);
+}
+
+Twist SequenceMotion::twist(Scalar t) const {
+  return parts_[part_at(t)].motion->twist(t);
+}
+
+MotionState SequenceMotion::state(Scalar t) const {
+  return parts_[part_at(t)].motion->state(t);
+}
+
+TwistBound SequenceMotion::twist_bound(const TimeInterval& interval) const {
+  const std::size_t first = part_at(interval.begin);
+  std::size_t last = std::max(first, part_at(interval.end));
+  // Two parts that meet at the very end of the interval do not meet inside it.
+  if (last > first && parts_[last].interval.begin >= interval.end) --last;
+  if (first == last) return parts_[first].motion->twist_bound(interval);
+  const TwistBound head =
+      parts_[first].motion->twist_bound({interval.begin, parts_[first].interval.end});
+  const TwistBound tail =
+      parts_[last].motion->twist_bound({parts_[last].interval.begin, interval.end});
+  const auto [linear, angular] = speeds_->largest(first + 1, last - 1);
+  return {std::max({head.linear_speed, linear, tail.linear_speed}),
+          std::max({head.angular_speed, angular, tail.angular_speed}), kInfinity, kInfinity};
+}
+
+PoseScale SequenceMotion::pose_scale(const TimeInterval& interval) const {
+  const PoseScale& before = jumps_[part_at(interval.begin)];
+  const PoseScale& after = jumps_[part_at(interval.end)];
+  return {pose_scale_.length + (after.length - before.length),
+          pose_scale_.angle + (after.angle - before.angle)};
+}
+
+Scalar SequenceMotion::smooth_until(Scalar t) const {
+  if (t >= parts_.back().interval.end) return kInfinity;
+  const Part& part = parts_[part_at(t)];
+  return std::min(part.interval.end, part.motion->smooth_until(t));
 }
 
 }  // namespace dyop

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
-#include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "motion/curve/bernstein.h"
 #include "motion/curve/chart_curve.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "python/bindings.h"
-#include "python/glue/errors.h"
+#include "python/glue/calls.h"
 
 namespace {
 

@@ -10,7 +10,6 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"
-#include "dyop/toi/toi_workspace.h"
 #include "toi/rigid/motion_bounds.h"
 #include "toi/toi_check.h"
 

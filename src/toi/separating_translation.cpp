@@ -9,8 +9,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop {

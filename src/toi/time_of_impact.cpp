@@ -8,7 +8,6 @@
 #include "core/batch_run.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/toi_result.h"
-#include "dyop/toi/toi_workspace.h"
 #include "toi/best_first_search.h"
 #include "toi/rigid/rigid_pair.h"
 #include "toi/toi_check.h"

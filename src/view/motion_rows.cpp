@@ -6,8 +6,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop::view_internal {
 namespace {

@@ -6,9 +6,8 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/dynamics/advance_report.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/screw_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
 #include "view/column_block.h"
 #include "view/rounded_rows.h"

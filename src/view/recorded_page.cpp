@@ -11,15 +11,14 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/io/recording.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "geometry/shape_forms.h"
 #include "view/motion_rows.h"
 #ifdef DYOP_HAS_TOOL_PAGE
-#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording.h"
 #include "view/tool/tool_page.h"
 #endif
 

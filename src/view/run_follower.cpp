@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/run_follower.h"
-
 #include <algorithm>
 #include <span>
 #include <tuple>
 
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
+#include "dyop/view/live_server.h"
 #include "view/motion_rows.h"
 
 namespace dyop {

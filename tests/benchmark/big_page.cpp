@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 

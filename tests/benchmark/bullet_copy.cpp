@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop::testing {
 namespace {

@@ -13,8 +13,7 @@
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/models.h"
 #include "support/inputs/random_inputs.h"

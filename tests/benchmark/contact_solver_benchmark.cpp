@@ -6,7 +6,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_solver.h"
 #include "support/inputs/contact_scenes.h"
 
 namespace dyop::testing {

@@ -31,9 +31,9 @@
 #include <string>
 #include <vector>
 
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/toi_oracle.h"

@@ -26,12 +26,10 @@
 #include <utility>
 #include <vector>
 
-#include "dyop/distance/penetration.h"
+#include "dyop/distance/gjk.h"
 #include "dyop/dynamics/world.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/world_scenes.h"
 

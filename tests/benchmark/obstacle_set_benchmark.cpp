@@ -11,9 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "dyop/geometry/box.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/obstacle_set.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

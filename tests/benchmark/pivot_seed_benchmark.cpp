@@ -9,11 +9,10 @@
 #include <random>
 
 #include "distance/pivot_seed.h"
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

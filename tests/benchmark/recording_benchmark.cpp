@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
+#include "dyop/io/recording.h"
 #include "dyop/io/recording_lines.h"
-#include "dyop/io/recording_writer.h"
 #include "dyop/io/scene_file.h"
 #include "support/temporary_directory.h"
 

@@ -16,9 +16,8 @@
 #include <random>
 
 #include "benchmark/mesh_pair.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/models.h"

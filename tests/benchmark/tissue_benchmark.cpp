@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "dyop/geometry/sphere.h"
-#include "dyop/io/anatomy.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/io/haptic_scene_file.h"
 #include "dyop/tissue/soft_tissue_model.h"
 #include "mesh_pair.h"
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/models.h"
 #include "support/inputs/random_inputs.h"

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "dyop/distance/distance.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "mesh_pair.h"
 #include "support/inputs/mesh_generators.h"

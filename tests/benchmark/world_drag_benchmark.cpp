@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "dyop/dynamics/world.h"
-#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "mesh_pair.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"

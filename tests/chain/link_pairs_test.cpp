@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "dyop/chain/robot.h"
-#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/arms.h"
 #include "support/inputs/curved_meshes.h"
 #include "support/message_of.h"

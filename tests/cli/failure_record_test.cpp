@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/io/query_record.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/temporary_directory.h"
 
 namespace dyop::cli {

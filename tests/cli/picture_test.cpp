@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "cli/command.h"
-#include "cli/picture/gap_history.h"
+#include "cli/picture/gap_plot.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 
 namespace dyop {
 namespace {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "cli/command.h"
-#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/io/transform_stream.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"

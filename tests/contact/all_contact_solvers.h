@@ -3,10 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/contact/admm_solver.h"
-#include "dyop/contact/contact_cascade.h"
-#include "dyop/contact/gauss_seidel_solver.h"
-#include "dyop/contact/newton_solver.h"
+#include "dyop/contact/contact_solver.h"
 
 namespace dyop::testing {
 

@@ -9,7 +9,7 @@
 
 #include "contact/generation/contact_fit.h"
 #include "dyop/contact/contact_generator.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/curved_meshes.h"
 

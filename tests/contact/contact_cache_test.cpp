@@ -6,8 +6,7 @@
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/contact/contact_cascade.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 #include <random>
 
-#include "dyop/contact/gauss_seidel_solver.h"
+#include "dyop/contact/contact_solver.h"
 #include "dyop/core/error.h"
 #include "support/inputs/contact_scenes.h"
 #include "support/oracles/contact_oracle.h"

@@ -11,10 +11,8 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/curved_meshes.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

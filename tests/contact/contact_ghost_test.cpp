@@ -9,7 +9,7 @@
 #include <random>
 
 #include "dyop/contact/contact_generator.h"
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "dyop/contact/newton_solver.h"
+#include "dyop/contact/contact_solver.h"
 #include "support/inputs/contact_scenes.h"
 #include "support/oracles/contact_oracle.h"
 

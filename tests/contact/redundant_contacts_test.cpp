@@ -9,7 +9,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_solver.h"
 #include "support/inputs/contact_scenes.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/contact_oracle.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/float_bounds.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 #include <random>
+
+#include "core/tolerance.h"
 
 namespace dyop::core_internal {
 namespace {

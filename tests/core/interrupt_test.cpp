@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/core/interrupt.h"
-
 #include <gtest/gtest.h>
+
+#include "dyop/core/batch_options.h"
 
 namespace dyop {
 namespace {

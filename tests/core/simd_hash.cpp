@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "core/simd_bits.h"
+#include "core/simd.h"
 #include "core/simd_pair.h"
 #include "distance/triangle_wide/triangle_batch.h"
 #include "distance/triangle_wide/triangle_wide.h"

@@ -7,9 +7,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance_result.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/ellipsoid.h"

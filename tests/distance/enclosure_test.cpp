@@ -5,7 +5,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/message_of.h"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/find_contacts.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,10 +6,10 @@
 #include <random>
 
 #include "dyop/core/error.h"
+#include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 

@@ -8,10 +8,8 @@
 
 #include "core/tolerance.h"
 #include "distance/gjk/triangle_core.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/ellipsoid.h"
 #include "support/oracles/polytope_oracle.h"
 

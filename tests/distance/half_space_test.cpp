@@ -15,7 +15,7 @@
 #include "core/tolerance.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/distance_derivatives.h"
-#include "dyop/distance/penetration.h"
+#include "dyop/distance/gjk.h"
 #include "dyop/distance/point_distance.h"
 #include "dyop/distance/ray_cast.h"
 #include "dyop/geometry/compound_shape.h"

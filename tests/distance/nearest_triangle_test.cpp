@@ -3,7 +3,7 @@
 
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
-#include "dyop/distance/triangle_distance_batch.h"
+#include "dyop/distance/triangle_distance.h"
 #include "support/inputs/random_inputs.h"
 #include "support/runnable_sets.h"
 #include "support/same_bits.h"

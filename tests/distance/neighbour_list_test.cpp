@@ -11,8 +11,7 @@
 
 #include "distance/pivot_seed.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 

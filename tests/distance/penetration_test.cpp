@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/penetration.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +8,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/gjk.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/rounded_box.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/polytope_oracle.h"
 

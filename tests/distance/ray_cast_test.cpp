@@ -10,10 +10,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/message_of.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/distance/triangle_distance_batch.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_block.h"
+#include "dyop/distance/triangle_distance.h"
 #include "support/inputs/random_inputs.h"
 #include "support/runnable_sets.h"
 #include "support/same_bits.h"

@@ -9,10 +9,8 @@
 #include <vector>
 
 #include "core/tolerance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/clear_stack.h"
 #include "support/inputs/random_inputs.h"
 

@@ -7,11 +7,10 @@
 #include <numbers>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 

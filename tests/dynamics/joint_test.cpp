@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

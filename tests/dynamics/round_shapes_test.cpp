@@ -7,11 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/cone.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/rounded_cylinder.h"
-#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "dyop/contact/contact_cascade.h"
+#include "dyop/contact/contact_solver.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop {

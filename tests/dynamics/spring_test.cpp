@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "dyop/dynamics/joint.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

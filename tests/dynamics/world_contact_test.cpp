@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {

@@ -9,8 +9,8 @@
 #include <memory>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {

@@ -7,8 +7,8 @@
 #include <chrono>
 
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 

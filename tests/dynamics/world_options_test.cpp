@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "dyop/dynamics/world.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/toi/obstacle_set.h"
 
 #pragma GCC diagnostic error "-Wmissing-field-initializers"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/world_scenes.h"
 

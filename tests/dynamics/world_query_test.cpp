@@ -8,11 +8,10 @@
 #include <algorithm>
 #include <random>
 
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

@@ -6,7 +6,7 @@
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/dynamics/rigid_body.h"
 #include "dyop/dynamics/world_options.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/world_scenes.h"
 

@@ -8,13 +8,9 @@
 
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
 #include "dyop/motion/interpolated_motion.h"
-#include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
-#include "dyop/motion/screw_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "fuzz/fuzz_input.h"
 
 namespace dyop::fuzz {

@@ -8,10 +8,8 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/toi/time_of_impact.h"
 #include "fuzz/fuzz_motion.h"

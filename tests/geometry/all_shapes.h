@@ -7,16 +7,8 @@
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/ellipsoid.h"
-#include "dyop/geometry/rounded_box.h"
-#include "dyop/geometry/rounded_cylinder.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 
 namespace dyop::testing {

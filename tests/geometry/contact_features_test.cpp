@@ -7,7 +7,7 @@
 #include <random>
 #include <thread>
 
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

@@ -10,17 +10,10 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/cone.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/ellipsoid.h"
 #include "dyop/geometry/half_space.h"
-#include "dyop/geometry/rounded_box.h"
-#include "dyop/geometry/rounded_cylinder.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "geometry/all_shapes.h"
 #include "support/inputs/random_inputs.h"
 

@@ -5,9 +5,7 @@
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/message_of.h"
 
 namespace dyop {

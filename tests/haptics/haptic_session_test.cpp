@@ -8,8 +8,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/haptics/haptic_scene.h"
 #include "dyop/haptics/haptic_tick.h"
 #include "support/allocation_count.h"

@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/inputs/random_inputs.h"
 

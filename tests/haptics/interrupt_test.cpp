@@ -2,13 +2,12 @@
 
 // What a deadline may cut off stops within a few pieces of work.
 
-#include "dyop/core/interrupt.h"
-
 #include <gtest/gtest.h>
 
 #include "distance/distance_traversal.h"
-#include "dyop/contact/contact_cascade.h"
 #include "dyop/contact/contact_generator.h"
+#include "dyop/contact/contact_solver.h"
+#include "dyop/core/batch_options.h"
 #include "support/inputs/mesh_generators.h"
 
 namespace dyop {

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/haptics/haptic_session.h"
 #include "support/inputs/haptic_scenes.h"
 

@@ -6,8 +6,7 @@
 
 #include <cmath>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/haptics/haptic_session.h"
 #include "support/inputs/haptic_scenes.h"
 

@@ -10,7 +10,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/haptics/haptic_session.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/oracles/proxy_oracle.h"

@@ -4,12 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "dyop/chain/certify_chain.h"
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/cone.h"
-#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/file_error.h"
 #include "support/temporary_directory.h"

@@ -7,10 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <stop_token>
 
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/io/file_error.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "geometry/all_shapes.h"
 #include "motion/all_motions.h"

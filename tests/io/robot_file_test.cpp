@@ -9,8 +9,7 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/file_error.h"
 #include "support/temporary_directory.h"

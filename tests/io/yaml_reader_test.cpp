@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/yaml_reader.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <string>
 
 #include "dyop/io/file_error.h"
+#include "io/json_reader.h"
 
 namespace dyop::io_internal {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
-#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 #include "support/message_of.h"
 

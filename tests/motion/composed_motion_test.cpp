@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/interpolated_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/constant_twist_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
+#include "dyop/motion/steady_motions.h"
 #include "motion/motion_test_tools.h"
 #include "motion/random_values.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/hermite_motion.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

@@ -11,11 +11,8 @@
 #include "core/tolerance.h"
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
 #include "dyop/motion/interpolated_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/screw_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "motion/random_values.h"
 
 namespace dyop::testing {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/rest_motion.h"
-
 #include <gtest/gtest.h>
 
+#include "dyop/motion/steady_motions.h"
 #include "motion/random_values.h"
 
 namespace dyop::testing {

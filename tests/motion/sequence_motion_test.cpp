@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/sequence_motion.h"
-
 #include <gtest/gtest.h>
 
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

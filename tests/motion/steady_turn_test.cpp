@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/steady_turn.h"
-
 #include <gtest/gtest.h>
 
 #include "core/tolerance.h"
 #include "dyop/core/rigid_pose.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop {

@@ -15,9 +15,9 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/arms.h"
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/thin_wall.h"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "paper/experiment/paper_tests.h"
-
 #include <gtest/gtest.h>
 
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/paper/planar_distance.h"
+#include "paper/experiment/paper_experiment.h"
 
 namespace dyop::cli {
 namespace {

@@ -19,7 +19,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/distance/distance_derivatives.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/time_of_impact.h"
 #include "geometry/all_shapes.h"

@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "dyop/core/error.h"
+#include "dyop/io/recording.h"
 #include "dyop/io/recording_lines.h"
-#include "dyop/io/recording_writer.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
 #include "support/oracles/recording_oracle.h"

@@ -22,7 +22,7 @@
 #include "dyop/io/planning_scene_file.h"
 #include "dyop/io/robot_file.h"
 #include "io/file_bytes.h"
-#include "io/yaml_reader.h"
+#include "io/json_reader.h"
 #include "support/oracles/chain_oracle.h"
 #include "support/temporary_directory.h"
 

@@ -9,8 +9,8 @@
 
 #include <sstream>
 
+#include "dyop/io/recording.h"
 #include "dyop/io/recording_lines.h"
-#include "dyop/io/recording_writer.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/temporary_directory.h"

@@ -8,9 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

@@ -22,13 +22,8 @@
 
 #include "core/tolerance.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/rounded_box.h"
-#include "dyop/geometry/rounded_cylinder.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/geometry/tapered_capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::testing {

@@ -7,11 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

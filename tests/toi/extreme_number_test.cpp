@@ -5,9 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "dyop/geometry/sphere.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/mesh_generators.h"

@@ -9,15 +9,11 @@
 #include <random>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
-#include "dyop/geometry/rounded_box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/impact_derivatives.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/toi/obstacle_set.h"

@@ -7,11 +7,9 @@
 #include <functional>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"

@@ -7,10 +7,9 @@
 #include <memory>
 
 #include "dyop/core/error.h"
-#include "dyop/distance/penetration.h"
-#include "dyop/geometry/box.h"
+#include "dyop/distance/gjk.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/shape_oracle.h"

@@ -2,8 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/both_orders.h"
 #include "support/inputs/bodies.h"

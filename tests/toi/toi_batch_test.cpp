@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"

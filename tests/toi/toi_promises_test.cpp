@@ -13,10 +13,9 @@
 #include <vector>
 
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/vertex_time_of_impact.h"
 #include "support/inputs/mesh_generators.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/toi/toi_workspace.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -8,10 +6,9 @@
 #include <thread>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/allocation_count.h"

@@ -9,7 +9,7 @@
 
 #include "dyop/distance/distance.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 #include "dyop/view/gltf_file.h"
 #include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"

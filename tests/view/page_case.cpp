@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "dyop/view/run_follower.h"
+#include "dyop/view/live_server.h"
 
 namespace dyop::testing {
 namespace {

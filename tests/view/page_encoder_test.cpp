@@ -12,17 +12,12 @@
 #include <sstream>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/screw_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/temporary_directory.h"
 #include "view/page_block.h"
 

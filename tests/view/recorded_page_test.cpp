@@ -6,8 +6,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/io/recording_writer.h"
+#include "dyop/io/recording.h"
 #include "dyop/view/page_file.h"
 #include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"

@@ -8,9 +8,9 @@
 #include <future>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/io/haptic_recording_writer.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,10 @@ struct Robot {
   /// The chain's path along a path of the free coordinates.
   /// @throws InvalidArgument unless it has free_count() coordinates.
   JointPath expand(const JointPath& free) const;
+  /// Free coordinates of the robot at rest: zero, or the limit nearest to it.
+  JointVector resting_state() const;
+  /// The free coordinate of the joint of this name, if it has one of its own.
+  std::optional<Eigen::Index> free_index(const std::string& joint) const;
 };
 
 /// A robot of a chain whose joints are all independent.

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dyop/contact/contact_point.h"
-#include "dyop/core/interrupt.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string_view>
+#include <vector>
 
 #include "dyop/contact/contact_problem.h"
-#include "dyop/core/interrupt.h"
+#include "dyop/core/batch_options.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -71,8 +73,8 @@ struct ContactReport {
 /// depend on earlier problems, to the bit.
 ///
 /// To add a contact solver:
-///   1. `include/dyop/contact/<name>_solver.h` and `src/contact/solver/<name>_solver.cpp`, deriving
-///      from ContactSolver: name() and improve(); list both in `src/contact/CMakeLists.txt`;
+///   1. a class in this file that derives from ContactSolver: name() and improve(); its code in
+///      `src/contact/solver/<name>_solver.cpp`, listed in `src/contact/CMakeLists.txt`;
 ///   2. one word in `tests/contact/all_contact_solvers.h`: the contract tests check the laws,
 ///      closed forms and determinism;
 ///   3. if it should be part of the default: its budget in ContactSolverOptions, its place in
@@ -105,5 +107,107 @@ class ContactSolver {
  private:
   std::unique_ptr<contact_internal::ContactSystem> system_;
 };
+
+/// Projected block Gauss-Seidel: solves one contact after another exactly, forward and back
+/// ([Jean1999]), with conjugate steps between the sweeps (NNCG, [Silcowitz2010]). Fast for few
+/// contacts, and for a rough answer with many; slow to converge in tall stacks and arches.
+class GaussSeidelSolver final : public ContactSolver {
+ public:
+  GaussSeidelSolver();
+  ~GaussSeidelSolver() override;
+  std::string_view name() const override { return "gauss_seidel"; }
+
+ protected:
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
+};
+
+namespace contact_internal {
+class NewtonRun;
+}
+
+/// Semismooth Newton on an augmented Lagrangian of the velocities, with De Saxce's shift for
+/// Coulomb's law in an outer loop; near the solution, on the whole law including the shift. The
+/// matrices are factorised in blocks over the bodies (docs/algorithms/contact_solvers.md). For
+/// stacks, arches and everything stiff, and for one or two bodies.
+class NewtonSolver final : public ContactSolver {
+ public:
+  NewtonSolver();
+  ~NewtonSolver() override;
+  std::string_view name() const override { return "newton"; }
+
+ protected:
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  std::unique_ptr<contact_internal::NewtonRun> run_;
+};
+
+namespace contact_internal {
+class AdmmRun;
+}
+
+/// Alternating direction method of multipliers: one factorisation over the bodies, then cheap
+/// iterations, each a linear solve and a projection onto every cone ([Boyd2011]). Slow but robust:
+/// for problems on which Newton cycles.
+class AdmmSolver final : public ContactSolver {
+ public:
+  AdmmSolver();
+  ~AdmmSolver() override;
+  std::string_view name() const override { return "admm"; }
+
+ protected:
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  std::unique_ptr<contact_internal::AdmmRun> run_;
+};
+
+namespace contact_internal {
+class ContactRestart;
+class InteriorPointSolver;
+}  // namespace contact_internal
+
+/// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
+/// far and within its own budget, until one converges; if none does, a second round. With one or
+/// two bodies Newton comes first. Where bodies seem to rest, interior points do before all of them;
+/// their factorisations count as Newton's. What no round solves, and has few contacts, is begun
+/// again: by continuation from the problem without friction, then from random impulses, the same
+/// in every run. Returns the answer with the smallest residual.
+class ContactCascade final : public ContactSolver {
+ public:
+  ContactCascade();
+  ~ContactCascade() override;
+  std::string_view name() const override { return "cascade"; }
+
+ protected:
+  void improve(contact_internal::ContactSystem& system, const ContactSolverOptions& options,
+               ContactReport& report) override;
+
+ private:
+  Scalar run_round(contact_internal::ContactSystem& system, Scalar best,
+                   const ContactSolverOptions& options, ContactReport& report);
+  void restart(contact_internal::ContactSystem& system, Scalar best,
+               const ContactSolverOptions& options, ContactReport& report);
+
+  std::unique_ptr<contact_internal::InteriorPointSolver> interior_;
+  GaussSeidelSolver gauss_seidel_;
+  NewtonSolver newton_;
+  AdmmSolver admm_;
+  std::array<ContactSolver*, 3> order_{};
+  std::unique_ptr<contact_internal::ContactRestart> restart_;
+  std::vector<Vector3> first_lambda_, best_lambda_;
+};
+
+/// The tolerance for a step of length h that keeps a rest offset s (a length), by the way
+/// x = speed h / s of the fastest body: 1e-6 max(x, x^2) s / h, but at least 1e-7 s / h, for bodies
+/// at rest, and at most 0.1 s / h.
+Scalar contact_tolerance(Scalar largest_speed, Scalar rest_offset, Scalar h);
 
 }  // namespace dyop

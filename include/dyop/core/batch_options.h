@@ -9,6 +9,21 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// Asked between the small pieces of a longer computation whether to stop: by a deadline, for
+/// instance. Once it has said yes, it goes on saying so.
+class Interrupt {
+ public:
+  virtual bool is_over() = 0;
+
+ protected:
+  ~Interrupt() = default;
+};
+
+/// False if there is none.
+inline bool is_over(Interrupt* interrupt) {
+  return interrupt && interrupt->is_over();
+}
+
 /// How a batch of queries is run. Nothing here changes the result of a query that is answered.
 struct BatchOptions {
   /// Threads to use, including the caller's; 0, or more than there are cores: one per core.

@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "dyop/core/batch_options.h"
@@ -115,5 +117,21 @@ struct DistanceQuery {
 ///         does.
 void distance_batch(std::span<const DistanceQuery> queries, std::span<DistanceResult> results,
                     const BatchOptions& options = {});
+
+/// What ends a search for contacts early.
+struct ContactSearchLimits {
+  /// Pairs of triangles within max_distance, at most; >= 0. Each takes some kilobytes meanwhile.
+  std::int64_t max_triangle_pairs = std::numeric_limits<std::int64_t>::max();
+  /// Cooperative cancellation.
+  std::stop_token stop = {};
+};
+
+/// find_contacts() under limits: nothing if one of them ended the search, because contacts that are
+/// not all there are not the nearest ones of their places.
+/// @throws InvalidArgument likewise, or if max_triangle_pairs is negative.
+std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPose& X_WA,
+                                                  const Shape& b, const RigidPose& X_WB,
+                                                  Scalar max_distance,
+                                                  const ContactSearchLimits& limits);
 
 }  // namespace dyop

@@ -51,8 +51,8 @@ struct Feature {
 /// which holds several of both.
 ///
 /// To add a shape:
-///   1. `include/dyop/geometry/<name>.h` and `src/geometry/<name>.cpp`, deriving from ConvexShape;
-///      list both in `src/geometry/CMakeLists.txt`;
+///   1. a class that derives from ConvexShape, in `include/dyop/geometry/primitives.h` and `.cpp`;
+///      a large one gets files of its own, listed in `src/geometry/CMakeLists.txt`;
 ///   2. one word in `tests/geometry/all_shapes.h`: the contract tests check support function,
 ///      bounds and mass properties, and every query with every other shape;
 ///   3. one entry in `src/geometry/shape_forms.cpp`, if a few numbers define it: scenes, query

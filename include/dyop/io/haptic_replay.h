@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "dyop/haptics/haptic_runner.h"
-#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording.h"
 
 namespace DYOP_EXPORT dyop {
 

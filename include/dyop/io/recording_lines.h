@@ -3,8 +3,7 @@
 
 #include <iosfwd>
 
-#include "dyop/io/recorded_run.h"
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 #include "dyop/io/scene_file.h"
 
 namespace DYOP_EXPORT dyop {

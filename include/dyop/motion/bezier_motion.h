@@ -6,8 +6,8 @@
 #include <memory>
 #include <span>
 
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/motion.h"
-#include "dyop/motion/sequence_motion.h"
 
 namespace dyop::motion_internal {
 template <std::size_t kMaxDegree>

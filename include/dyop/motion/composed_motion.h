@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "dyop/motion/motion.h"
 
@@ -34,6 +37,57 @@ class ComposedMotion final : public Motion {
  private:
   std::shared_ptr<const Motion> outer_;
   std::shared_ptr<const Motion> inner_;
+};
+
+}  // namespace dyop
+
+namespace dyop::motion_internal {
+class SpeedTree;
+}
+
+namespace DYOP_EXPORT dyop {
+
+/// Motions one after another: a robot's program, the pieces of a spline. The pose is continuous;
+/// the twist may jump where two parts meet. Immutable.
+///
+/// Cost: O(log n) on top of the part's own; no allocation.
+class SequenceMotion final : public Motion {
+ public:
+  struct Part {
+    TimeInterval interval;                 ///< of the sequence; within the motion's domain
+    std::shared_ptr<const Motion> motion;  ///< not null
+  };
+
+  /// @throws InvalidArgument unless there is a part, each with an interval of positive, finite
+  ///         length on which its motion is defined and that starts where the one before it ends,
+  ///         and the poses there agree up to rounding; names the parts and the difference.
+  explicit SequenceMotion(std::vector<Part> parts);
+
+  RigidPose pose(Scalar t) const override;
+  Twist twist(Scalar t) const override;
+  MotionState state(Scalar t) const override;
+
+  /// Accelerations are infinite if two parts meet inside the interval.
+  TwistBound twist_bound(const TimeInterval& interval) const override;
+  PoseScale pose_scale(const TimeInterval& interval) const override;
+  TimeInterval domain() const override;
+  std::span<const Part> parts() const { return parts_; }
+
+  /// The end of the part, or of a smooth piece within it if that is sooner.
+  Scalar smooth_until(Scalar t) const override;
+
+  /// If all parts are.
+  bool is_trusted() const override { return is_trusted_; }
+
+ private:
+  std::size_t part_at(Scalar t) const;
+  std::vector<Part> parts_;
+  std::shared_ptr<const motion_internal::SpeedTree> speeds_;
+  PoseScale pose_scale_;  // covers all parts
+  bool is_trusted_ = true;
+  // How much rounding makes the pose jump where parts meet: sums over the meetings before each
+  // part, relative to rounding as PoseScale is. Speeds do not bound it.
+  std::vector<PoseScale> jumps_;
 };
 
 }  // namespace dyop

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "dyop/motion/composed_motion.h"
 #include "dyop/motion/motion.h"
-#include "dyop/motion/sequence_motion.h"
-#include "dyop/motion/steady_turn.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop::motion_internal {
 class SpeedTree;

@@ -16,7 +16,6 @@
 #include "dyop/io/scene_file.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/page_file.h"
-#include "dyop/view/run_follower.h"
 #include "io/file_bytes.h"
 
 namespace dyop::cli {

@@ -20,7 +20,7 @@
 #include "dyop/io/result_text.h"
 #include "dyop/io/robot_file.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"

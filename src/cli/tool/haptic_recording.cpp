@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_recording.h"
+
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "cli/tool/tool_summary.h"
-#include "dyop/io/haptic_recording_writer.h"
 #include "dyop/io/haptic_replay.h"
 #include "dyop/view/live_server.h"
 #include "dyop/view/tool_follower.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/contact/admm_solver.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +9,7 @@
 #include "contact/solver/contact_system.h"
 #include "core/assert.h"
 #include "core/tolerance.h"
+#include "dyop/contact/contact_solver.h"
 
 namespace dyop {
 namespace contact_internal {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/contact/contact_cascade.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "contact/solver/contact_system.h"
 #include "contact/solver/interior_point_solver.h"
 #include "core/tolerance.h"
+#include "dyop/contact/contact_solver.h"
 #include "dyop/core/error.h"
 
 namespace dyop::contact_internal {

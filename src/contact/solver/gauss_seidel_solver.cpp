@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/contact/gauss_seidel_solver.h"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,6 +8,7 @@
 #include "contact/solver/contact_sweeps.h"
 #include "contact/solver/contact_system.h"
 #include "core/assert.h"
+#include "dyop/contact/contact_solver.h"
 
 namespace dyop::contact_internal {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/contact/newton_solver.h"
-
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -9,6 +7,7 @@
 #include "contact/solver/contact_law.h"
 #include "contact/solver/contact_system.h"
 #include "core/tolerance.h"
+#include "dyop/contact/contact_solver.h"
 
 namespace dyop::contact_internal {
 

@@ -5,7 +5,7 @@
 #include "distance/triangle/triangle_pair.h"
 #include "distance/triangle_wide/triangle_wide.h"
 #include "dyop/distance/triangle_block.h"
-#include "dyop/distance/triangle_distance_batch.h"
+#include "dyop/distance/triangle_distance.h"
 
 namespace dyop::distance_internal {
 

@@ -9,7 +9,7 @@
 #include "core/tolerance.h"
 #include "distance/triangle_wide/triangle_batch.h"
 #include "dyop/core/error.h"
-#include "dyop/distance/triangle_distance_batch.h"
+#include "dyop/distance/triangle_distance.h"
 
 namespace dyop::distance_internal {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "core/simd_bits.h"
+#include "core/simd.h"
 #include "distance/triangle_wide/triangle_wide.h"
 
 // The building blocks of triangle_pair.h, one pair per lane: the same

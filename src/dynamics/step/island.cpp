@@ -17,11 +17,10 @@
 #include "dynamics/step/substep.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
-#include "dyop/distance/penetration.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/distance/gjk.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 
 namespace dyop::dynamics_internal {

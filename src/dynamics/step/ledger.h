@@ -10,7 +10,7 @@
 
 #include "dynamics/pair_state.h"
 #include "dynamics/step/track.h"
-#include "dyop/core/interrupt.h"
+#include "dyop/core/batch_options.h"
 #include "dyop/core/time_interval.h"
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/toi/time_of_impact.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/composed_motion.h"
 
 namespace dyop::dynamics_internal {
 namespace {

@@ -10,7 +10,7 @@
 #include "dynamics/body_record.h"
 #include "dynamics/step/separating_directions.h"
 #include "dyop/core/time_interval.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 namespace dyop::dynamics_internal {
 

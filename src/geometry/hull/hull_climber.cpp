@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "geometry/hull/hull_climber.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <numbers>
 
 #include "core/tolerance.h"
+#include "geometry/hull/quickhull.h"
 
 namespace dyop::geometry_internal {
 namespace {

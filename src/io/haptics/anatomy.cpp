@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/anatomy.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <utility>
 
 #include "dyop/core/error.h"
+#include "dyop/io/haptic_scene_file.h"
 
 namespace dyop::io_internal {
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "dyop/haptics/haptic_runner.h"
-#include "dyop/io/anatomy.h"
 #include "dyop/io/mesh_file.h"
 #include "dyop/tissue/soft_tissue_model.h"
 #include "io/file_bytes.h"

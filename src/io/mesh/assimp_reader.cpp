@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-#include <tinyxml2.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <charconv>
 #include <cstdint>
 #include <map>
@@ -16,7 +10,19 @@
 #include "dyop/io/file_error.h"
 #include "io/mesh/mesh_reader.h"
 
+#ifdef DYOP_HAS_ASSIMP
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <tinyxml2.h>
+
+#include <assimp/Importer.hpp>
+#endif
+
 namespace dyop::io_internal {
+
+#ifdef DYOP_HAS_ASSIMP
+
 namespace {
 
 // assimp takes memory for whatever length a block of a binary glTF file claims.
@@ -184,5 +190,15 @@ PolygonMesh read_with_assimp(const std::filesystem::path& file, std::string_view
   append_node(file, *scene, *scene->mRootNode, aiMatrix4x4(), all);
   return all;
 }
+
+#else
+
+PolygonMesh read_with_assimp(const std::filesystem::path& file, std::string_view, UpAxis) {
+  throw FileError(file,
+                  "this format needs assimp, which this build of dyop lacks "
+                  "(CMake option DYOP_WITH_ASSIMP); supported without it: .obj, .off, .ply, .stl");
+}
+
+#endif
 
 }  // namespace dyop::io_internal

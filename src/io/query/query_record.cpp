@@ -11,7 +11,7 @@
 #include "geometry/shape_forms.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
-#include "io/query/record_motion.h"
+#include "io/motion_json.h"
 #include "io/result_json.h"
 
 namespace dyop::io_internal {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/haptic_recording_reader.h"
-
 #include <map>
 #include <utility>
 
 #include "dyop/core/error.h"
+#include "dyop/io/haptic_recording.h"
 #include "io/record/recording_input.h"
 #include "io/record/tick_row.h"
 

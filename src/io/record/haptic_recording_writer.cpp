@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/haptic_recording_writer.h"
-
 #include <cmath>
 #include <deque>
 #include <mutex>
 
 #include "dyop/core/error.h"
+#include "dyop/io/haptic_recording.h"
 #include "io/record/recording_rows.h"
 #include "io/record/tick_row.h"
 

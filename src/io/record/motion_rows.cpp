@@ -6,11 +6,9 @@
 #include <cstring>
 
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/sequence_motion.h"
-#include "io/query/record_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
+#include "io/motion_json.h"
 
 namespace dyop::io_internal {
 namespace {

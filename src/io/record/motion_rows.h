@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dyop/core/types.h"
-#include "dyop/io/recorded_run.h"
+#include "dyop/io/recording.h"
 
 /// How the cubics of a flight are stored: without what earlier rows of the body hold already. The
 /// numbers of a whole row are R_WC 9, then for both ends t, p 3, v 3, theta 3, theta_rate 3.

@@ -8,7 +8,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/recorded_run.h"
+#include "dyop/io/recording.h"
 #include "io/json_reader.h"
 #include "io/record/recording_rows.h"
 

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/recording_reader.h"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/recorded_run.h"
+#include "dyop/io/recording.h"
 #include "io/json_reader.h"
 #include "io/record/motion_rows.h"
 #include "io/record/recording_input.h"

@@ -17,7 +17,7 @@
 #include "dyop/dynamics/advance_report.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/io/recorded_run.h"
+#include "dyop/io/recording.h"
 #include "io/json_reader.h"
 #include "io/record/hdf5_file.h"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/recording_writer.h"
-
 #include <algorithm>
 #include <chrono>
 #include <limits>
@@ -9,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "dyop/io/recording.h"
 #include "io/json_reader.h"
 #include "io/record/motion_rows.h"
 #include "io/record/recording_rows.h"

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/float_bounds.h"
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "dyop/io/recorded_tick.h"
+#include "dyop/io/haptic_recording.h"
 
 namespace dyop::io_internal {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
-#include "dyop/io/recorded_tick.h"
+#include "dyop/io/haptic_recording.h"
 #include "io/record/hdf5_file.h"
 #include "io/record/recording_rows.h"
 

@@ -7,19 +7,15 @@
 #include <optional>
 #include <set>
 
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/cone.h"
-#include "dyop/geometry/cylinder.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/occupancy.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/octree_file.h"
 #include "io/file_bytes.h"
-#include "io/robot/resting.h"
+#include "io/json_reader.h"
 #include "io/text_scanner.h"
-#include "io/yaml_reader.h"
 
 namespace dyop {
 namespace {
@@ -214,8 +210,7 @@ class PlanningSceneReader {
 // Links that no moving joint carries, and the file's own.
 void PlanningSceneReader::read_frames() {
   const KinematicChain& chain = *robot_.chain;
-  const std::vector<RigidPose> poses =
-      chain.link_poses(robot_.expand(io_internal::resting_state(robot_)));
+  const std::vector<RigidPose> poses = chain.link_poses(robot_.expand(robot_.resting_state()));
   for (std::size_t link = 0; link < chain.links().size(); ++link) {
     bool rests = true;
     for (auto step = chain.step(link); step && rests; step = chain.step(step->parent)) {
@@ -322,7 +317,7 @@ void PlanningSceneReader::read_state(const JsonNode& state) {
     }
     for (std::size_t k = 0; k < names.size(); ++k) {
       // Messages name all joints, also those that mimic others.
-      const std::optional<Eigen::Index> free = io_internal::free_index(robot_, names[k].text());
+      const std::optional<Eigen::Index> free = robot_.free_index(names[k].text());
       if (free) scene_.state[*free] = positions[k].number();
     }
   }
@@ -362,7 +357,7 @@ void PlanningSceneReader::read_allowed() {
 
 PlanningScene PlanningSceneReader::read() {
   if (root_.has("name") && root_.at("name").is_string()) scene_.name = root_.at("name").text();
-  scene_.state = io_internal::resting_state(robot_);
+  scene_.state = robot_.resting_state();
   read_frames();
   read_objects();
   if (const auto state = root_.find("robot_state")) read_state(*state);

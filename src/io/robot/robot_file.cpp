@@ -12,13 +12,11 @@
 #include "dyop/geometry/compound_shape.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
-#include "io/robot/resting.h"
+#include "io/motion_json.h"
 #include "io/robot/robot_shapes.h"
 #include "io/robot/xml_reader.h"
-#include "io/scene/motion_reader.h"
 #include "io/scene/shape_reader.h"
 #include "io/text_scanner.h"
-#include "io/yaml_reader.h"
 
 namespace dyop {
 namespace {
@@ -471,7 +469,7 @@ struct Waypoints {
 // The free coordinate of a joint; else what is wrong with the name.
 std::variant<Eigen::Index, std::string> free_coordinate(const Robot& robot,
                                                         const std::string& name) {
-  if (const auto free = io_internal::free_index(robot, name)) return *free;
+  if (const auto free = robot.free_index(name)) return *free;
   const auto joints = robot.chain->joints();
   const bool is_joint = std::any_of(joints.begin(), joints.end(),
                                     [&](const Joint& joint) { return joint.name == name; });
@@ -689,7 +687,7 @@ JointPath load_joint_path(const std::filesystem::path& file, const Robot& robot,
   DYOP_REQUIRE(!rest || (std::size_t(rest->size()) == robot.free_count() && rest->allFinite()),
                "load_joint_path: `rest` needs ", robot.free_count(), " finite numbers");
   std::string text = io_internal::read_bytes(file);
-  const JointVector others = rest ? *rest : io_internal::resting_state(robot);
+  const JointVector others = rest ? *rest : robot.resting_state();
   const Waypoints waypoints = is_message(file, text)
                                   ? read_trajectory(file, text, robot, others)
                                   : read_csv(file, std::move(text), robot, others);

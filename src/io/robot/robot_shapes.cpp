@@ -5,11 +5,8 @@
 #include <sstream>
 #include <vector>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/cylinder.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "io/mesh/mesh_reader.h"
 
 namespace dyop::io_internal {

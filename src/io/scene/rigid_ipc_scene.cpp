@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "io/scene/rigid_ipc_scene.h"
-
 #include <array>
 #include <numbers>
 
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "io/scene/scene_builder.h"
 #include "io/scene/shape_reader.h"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <sstream>
 
-#include "io/scene/motion_reader.h"
+#include "io/motion_json.h"
 
 namespace dyop::io_internal {
 

@@ -5,8 +5,7 @@
 #include <limits>
 
 #include "io/file_bytes.h"
-#include "io/scene/motion_reader.h"
-#include "io/scene/rigid_ipc_scene.h"
+#include "io/motion_json.h"
 #include "io/scene/scene_builder.h"
 
 namespace dyop {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "paper/experiment/paper_figures.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "paper/experiment/paper_tests.h"
-
 #include <numbers>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/paper/distance_algorithm.h"
+#include "paper/experiment/paper_experiment.h"
 
 namespace dyop::cli {
 namespace {

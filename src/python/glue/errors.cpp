@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "python/glue/errors.h"
-
 #include <cerrno>
 #include <exception>
 #include <string>
@@ -8,6 +6,7 @@
 #include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
 #include "dyop/io/file_error.h"
+#include "python/glue/calls.h"
 
 namespace dyop::python {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "python/glue/arguments.h"
-#include "python/glue/errors.h"
+#include "python/glue/calls.h"
 
 namespace dyop::python {
 

@@ -4,7 +4,7 @@
 
 #include "dyop/core/error.h"
 #include "python/bindings.h"
-#include "python/glue/errors.h"
+#include "python/glue/calls.h"
 #include "python/glue/record.h"
 
 namespace dyop::python {

@@ -6,11 +6,10 @@
 #include <utility>
 
 #include "dyop/core/error.h"
+#include "dyop/distance/distance.h"
 #include "dyop/distance/distance_derivatives.h"
-#include "dyop/distance/find_contacts.h"
 #include "dyop/distance/gjk.h"
 #include "dyop/distance/near_triangles.h"
-#include "dyop/distance/penetration.h"
 #include "dyop/distance/point_distance.h"
 #include "dyop/distance/ray_cast.h"
 #include "dyop/distance/triangle_distance.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <tuple>
 
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "python/bindings.h"
 #include "python/query/queries.h"
 

@@ -11,7 +11,6 @@
 #include "dyop/toi/time_of_impact.h"
 #include "python/bindings.h"
 #include "python/glue/calls.h"
-#include "python/glue/errors.h"
 #include "python/query/queries.h"
 
 namespace dyop::python {

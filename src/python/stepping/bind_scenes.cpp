@@ -7,9 +7,8 @@
 
 #include "dyop/io/file_error.h"
 #include "dyop/io/query_record.h"
+#include "dyop/io/recording.h"
 #include "dyop/io/recording_lines.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/io/recording_writer.h"
 #include "dyop/io/run_summary.h"
 #include "dyop/io/scene_file.h"
 #include "python/bindings.h"

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <vector>
 
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
 #include "dyop/view/page_file.h"
 #include "python/bindings.h"

@@ -16,7 +16,7 @@
 #include "toi/deforming/deforming_traversal.h"
 #include "toi/impact_band.h"
 #include "toi/radix_queue.h"
-#include "toi/readvance_ratio.h"
+#include "toi/rigid/box_steps.h"
 
 namespace dyop::toi_internal {
 

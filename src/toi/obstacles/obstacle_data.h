@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "dyop/toi/obstacle_set.h"
-#include "dyop/toi/toi_workspace.h"
+#include "dyop/toi/time_of_impact.h"
 #include "toi/obstacles/obstacle_tree.h"
 
 namespace dyop::toi_internal {

@@ -2,9 +2,13 @@
 #pragma once
 
 #include "core/instruction_set.h"
-#include "hierarchy/facing_box.h"
+#include "hierarchy/box_gaps.h"
 
 namespace dyop::toi_internal {
+
+/// A pair of boxes whose gap exceeds this fraction of its size is examined again, at its new time,
+/// before it is split; without this the number of pairs of distant trees explodes. Speed only.
+inline constexpr double kReadvanceRatio = 0.3;
 
 /// How two bodies move from one instant t on, as seen from the shape S that a group of boxes
 /// belongs to; O is the other shape. All vectors in the frame of S at time t. Plain numbers, for

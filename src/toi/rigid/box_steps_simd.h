@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hierarchy/box_axis.h"
-#include "toi/readvance_ratio.h"
 #include "toi/rigid/box_steps.h"
 
 // The kernels of box_steps.h for the instruction set that this file is compiled for. The

@@ -14,7 +14,7 @@
 
 #include "dyop/geometry/half_space.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 #include "io/file_bytes.h"
 #include "view/shape_surface.h"
 

@@ -9,7 +9,7 @@
 
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/view/page_encoder.h"
 #include "view/tool/tool_page.h"
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <utility>
 
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "view/tool/tissue_tracks.h"
 #include "view/tool/tool_page.h"
 

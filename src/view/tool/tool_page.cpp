@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "view/tool/tissue_tracks.h"
 
 namespace dyop::view_internal {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/io/haptic_recording_reader.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/view/page_encoder.h"
 
 namespace dyop::view_internal {

@@ -22,7 +22,7 @@
 #include "benchmark/bounding_volumes/k_dop.h"
 #include "benchmark/mesh_pair.h"
 #include "dyop/distance/distance.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/models.h"
 #include "support/inputs/random_inputs.h"

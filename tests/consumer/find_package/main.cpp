@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // The 20 lines of a project that embeds dyop: when does a falling, turning box touch a sphere?
-#include <dyop/geometry/box.h>
-#include <dyop/geometry/sphere.h>
-#include <dyop/motion/constant_twist_motion.h>
-#include <dyop/motion/rest_motion.h>
+#include <dyop/geometry/primitives.h>
+#include <dyop/motion/steady_motions.h>
 #include <dyop/toi/time_of_impact.h>
 
 #include <iostream>

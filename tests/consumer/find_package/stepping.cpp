@@ -2,8 +2,7 @@
 
 // Links dyop::dynamics and dyop::io: a ball dropped on a box.
 #include <dyop/dynamics/world.h>
-#include <dyop/geometry/box.h>
-#include <dyop/geometry/sphere.h>
+#include <dyop/geometry/primitives.h>
 #include <dyop/io/mesh_file.h>
 
 #include <iostream>

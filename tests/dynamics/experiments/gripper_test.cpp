@@ -10,7 +10,7 @@
 #include <numbers>
 #include <string>
 
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/cylinder.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "dynamics/step/track.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::dynamics_internal {

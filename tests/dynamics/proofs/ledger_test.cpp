@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop::dynamics_internal {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/io/anatomy.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/haptic_scene_file.h"
 
 namespace dyop {
 namespace {

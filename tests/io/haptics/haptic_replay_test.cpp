@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/haptic_recording_writer.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "support/damaged_files.h"
 #include "support/inputs/haptic_run_texts.h"

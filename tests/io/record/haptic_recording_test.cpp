@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/haptic_recording.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -6,13 +8,9 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/io/file_error.h"
-#include "dyop/io/haptic_recording_reader.h"
-#include "dyop/io/haptic_recording_writer.h"
-#include "dyop/io/recorded_tick.h"
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 #include "io/record/hdf5_file.h"
 #include "io/record/recorded_world.h"
 #include "io/record/recording_version.h"

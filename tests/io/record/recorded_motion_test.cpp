@@ -2,10 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "dyop/motion/composed_motion.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
-#include "dyop/motion/sequence_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "io/record/motion_rows.h"
 #include "motion/all_motions.h"
 #include "support/same_bits.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "io/record/recording_rows.h"
 #include "motion/random_values.h"
 #include "support/inputs/mesh_generators.h"

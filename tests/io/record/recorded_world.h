@@ -6,11 +6,9 @@
 #include <vector>
 
 #include "dyop/dynamics/world.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
-#include "dyop/geometry/sphere.h"
-#include "dyop/io/recording_writer.h"
-#include "dyop/motion/screw_motion.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/io/recording.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/motion/user_motion.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"

@@ -15,8 +15,7 @@
 #include <thread>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/io/recording_writer.h"
+#include "dyop/io/recording.h"
 #include "io/file_bytes.h"
 #include "io/record/recorded_world.h"
 #include "support/damaged_files.h"

@@ -9,8 +9,7 @@
 #include <thread>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/io/recording_writer.h"
+#include "dyop/io/recording.h"
 #include "io/record/recorded_world.h"
 #include "support/same_bits.h"
 #include "support/temporary_directory.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "dyop/io/recording.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "dyop/io/file_error.h"
-#include "dyop/io/recorded_run.h"
-#include "dyop/io/recording_reader.h"
-#include "dyop/io/recording_writer.h"
 #include "io/record/hdf5_file.h"
 #include "io/record/recorded_world.h"
 #include "io/record/recording_version.h"

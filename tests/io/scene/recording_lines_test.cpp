@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "dyop/io/recording_writer.h"
+#include "dyop/io/recording.h"
 #include "io/scene/small_run.h"
 #include "support/inputs/world_scenes.h"
 #include "support/temporary_directory.h"

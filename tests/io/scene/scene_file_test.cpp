@@ -5,11 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/io/file_error.h"
 #include "support/inputs/cube_files.h"
 #include "support/temporary_directory.h"

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/small_impact.h"
 
 namespace dyop::testing {

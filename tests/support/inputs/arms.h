@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "dyop/chain/kinematic_chain.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/toi/obstacle_set.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

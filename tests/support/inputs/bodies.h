@@ -2,7 +2,7 @@
 #pragma once
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 
 /// Short names for poses and motions of bodies.
 namespace dyop::testing {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "dyop/geometry/capsule.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/primitives.h"
 #include "support/inputs/curved_meshes.h"
 #include "support/inputs/world_scenes.h"
 #include "support/world_energy.h"

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "dyop/geometry/box.h"
 #include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/toi/obstacle_set.h"
 
 /// A piano and a wall with a slot, for planners.

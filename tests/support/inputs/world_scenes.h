@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "dyop/dynamics/world.h"
-#include "dyop/geometry/box.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop::testing {
 

@@ -9,7 +9,7 @@
 
 #include "dyop/chain/kinematic_chain.h"
 #include "dyop/distance/distance.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/toi/obstacle_set.h"
 #include "support/inputs/random_inputs.h"
 

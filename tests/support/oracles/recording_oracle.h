@@ -8,7 +8,7 @@
 
 #include "dyop/io/scene_file.h"
 #ifdef DYOP_HAS_RECORDING
-#include "dyop/io/recording_reader.h"
+#include "dyop/io/recording.h"
 #endif
 
 namespace dyop::testing {

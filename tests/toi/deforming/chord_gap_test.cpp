@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "toi/deforming/chord_gap.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
+#include "toi/deforming/standing_pair.h"
 
 namespace dyop {
 namespace {

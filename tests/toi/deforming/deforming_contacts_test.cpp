@@ -10,7 +10,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
-#include "dyop/motion/constant_twist_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
+#include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

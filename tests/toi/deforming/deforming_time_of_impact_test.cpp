@@ -11,9 +11,8 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/rest_motion.h"
 #include "dyop/motion/sampled_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/message_of.h"

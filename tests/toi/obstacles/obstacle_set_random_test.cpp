@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/tolerance.h"
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/toi/obstacle_set.h"
 #include "geometry/all_compounds.h"
 #include "motion/all_motions.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "dyop/geometry/sphere.h"
+#include "dyop/geometry/primitives.h"
 #include "motion/all_motions.h"
 #include "support/inputs/bodies.h"
 #include "support/inputs/mesh_generators.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "dyop/core/rigid_pose.h"
-#include "dyop/geometry/box.h"
+#include "dyop/geometry/primitives.h"
 
 namespace dyop::toi_internal {
 namespace {

@@ -8,9 +8,8 @@
 #include <cmath>
 
 #include "dyop/geometry/triangle_mesh.h"
-#include "dyop/motion/constant_twist_motion.h"
-#include "dyop/motion/hermite_motion.h"
-#include "dyop/motion/rest_motion.h"
+#include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/steady_motions.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 

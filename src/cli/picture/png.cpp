@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cairo.h>
-#include <librsvg/rsvg.h>
-
 #include <cmath>
 #include <memory>
 
 #include "cli/picture/query_picture.h"
 #include "dyop/io/file_error.h"
 
+#ifdef DYOP_HAS_RSVG
+#include <cairo.h>
+#include <librsvg/rsvg.h>
+#endif
+
 namespace dyop::cli {
+
+#ifdef DYOP_HAS_RSVG
+
 namespace {
 
 // Pixels of the PNG for one of the SVG.
@@ -46,5 +51,15 @@ std::string png_of(const std::filesystem::path& file, const std::string& svg) {
   if (!is_drawn) throw FileError(file, "cannot be drawn by librsvg");
   return png;
 }
+
+#else
+
+std::string png_of(const std::filesystem::path& file, const std::string&) {
+  throw FileError(file,
+                  "this dyop was built without librsvg (on Debian: librsvg2-dev); "
+                  ".svg and .html need nothing");
+}
+
+#endif
 
 }  // namespace dyop::cli

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "dyop/haptics/haptic_runner.h"
+#include "dyop/haptics/haptic_session.h"
+#include "dyop/haptics/haptic_tick.h"
+
+namespace DYOP_EXPORT dyop {
+
+/// Data of a tool's run, besides its scene and options.
+struct HapticRunHeader {
+  std::string title;
+  std::string scene;    ///< text of the scene file; empty: none
+  Scalar period = 0;    ///< of a tick as planned; 0: unknown
+  std::string version;  ///< of the dyop that wrote the recording, which sets it
+};
+
+/// How the snapshots of a deforming obstacle come into a recording.
+struct SnapshotSource {
+  std::string formula;  ///< see TissueFeed; empty: their vertices are stored
+  Scalar period = 0;    ///< from one snapshot to the next, if there is a formula
+};
+
+/// One tick as a recording stores it: its exact inputs, and results for looking at. The digest
+/// stands for all bits of the result.
+struct RecordedTick {
+  std::int64_t number = 0;
+  DevicePose device;
+  Scalar dt = 0;
+  std::optional<TickCutoff> cutoff;
+  std::vector<std::uint8_t> new_snapshots;  ///< per obstacle: given since the tick before
+
+  HapticStatus status = HapticStatus::NotRun;
+  ToolPose tool;      ///< position exact, rotation and angles in single precision
+  ToolWrench wrench;  ///< from here on in single precision
+  int contacts = 0;   ///< places that held the proxy; 255: or more
+  std::vector<ToolClearance> clearances;  ///< bounds rounded outwards
+  /// The obstacle with the least upper bound: only its witness points are stored.
+  std::optional<std::size_t> nearest;
+  Scalar energy_returned = 0;
+  Scalar tissue_stopped = 0;
+  Scalar tissue_lag = 0;  ///< not known, 0, in recordings of version 1 and 2
+  std::chrono::nanoseconds latency{0};
+  TickStatistics statistics;
+  std::uint64_t digest = 0;
+
+  /// How far the session advanced: dt, or 0 if dt is invalid.
+  Scalar time_passed() const { return dt >= 0 && dt < kInfinity ? dt : 0; }
+};
+
+/// How a recorded run ended.
+struct HapticRunEnd {
+  std::int64_t ticks = 0;
+  std::int64_t late_starts = 0;
+  std::int64_t unlogged = 0;
+  std::string rights;  ///< as RunnerReport
+  std::string error;   ///< message of the error that ended it; empty: none
+};
+
+/// A hash of every bit of a tick's results, latency and statistics excepted: equal for equal bits.
+std::uint64_t tick_digest(const HapticTick& tick);
+
+/// Records the run of a HapticSession in a file of docs/formats.md: the scene with all its
+/// meshes once, then every tick with its inputs and results. HapticRecordingReader, h5py and the
+/// like can read it while it is written, and after the process was killed: it then lacks at most
+/// the ticks since the last flush, a tenth of a second.
+///
+/// Bytes of a tick: 204, and 12 for each hinge and 13 for each obstacle.
+class HapticRecordingWriter {
+ public:
+  /// Replaces the file.
+  /// @param tissue Feeds of the run. Obstacles whose feed has a formula need no add_snapshot().
+  /// @throws FileError if the file cannot be created, as all members if it cannot be written;
+  ///         InvalidArgument if a shape is not one of dyop's own.
+  HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
+                        const HapticScene& scene, const HapticOptions& options,
+                        std::span<const TissueFeed> tissue = {});
+  /// Without finish(): as if the process were killed now.
+  ~HapticRecordingWriter();
+  HapticRecordingWriter(HapticRecordingWriter&&) noexcept;
+  HapticRecordingWriter& operator=(HapticRecordingWriter&&) noexcept;
+
+  /// The next snapshot of an obstacle, in their order and before the tick that sees it: with each
+  /// HapticSession::give_snapshot() that returns true. From any thread.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or the number of
+  ///         vertices differs.
+  void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
+
+  /// The same for another mesh: with each HapticSession::give_mesh() that returns true.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or there is no
+  ///         triangle.
+  void add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
+                std::span<const TriangleIndices> triangles);
+
+  /// A tick, in their order.
+  /// @throws InvalidArgument if it has seen a snapshot that was not added.
+  void add(const TickRecord& record);
+
+  /// Writes how the run ended, and closes the file.
+  void finish(const RunnerReport& report);
+  /// The same for a run that was ended by an exception with this message.
+  void fail(const std::string& error);
+
+  /// Size of one tick in the file.
+  std::size_t bytes_per_tick() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A snapshot whose vertices are stored, or another mesh.
+struct RecordedSnapshot {
+  std::vector<Vector3> vertices;
+  Scalar duration = 0;                          ///< see HapticSession::give_snapshot(); 0 of a mesh
+  std::vector<TriangleIndices> triangles = {};  ///< of a mesh, see HapticSession::give_mesh()
+
+  bool is_mesh() const { return !triangles.empty(); }
+};
+
+/// Whether a file is a recording of a tool's run, and no other file of HDF5.
+/// @throws FileError if it is missing or not a readable HDF5 file.
+bool is_haptic_recording(const std::filesystem::path& file);
+
+/// The run of a HapticSession, read from a file of docs/formats.md, even while another
+/// process writes it or after that process was killed. Not for concurrent use.
+class HapticRecordingReader {
+ public:
+  /// @throws FileError if the file is missing, not a recording of a tool, of another version, or
+  ///         damaged; so do all members.
+  explicit HapticRecordingReader(const std::filesystem::path& file);
+  ~HapticRecordingReader();
+  HapticRecordingReader(HapticRecordingReader&&) noexcept;
+  HapticRecordingReader& operator=(HapticRecordingReader&&) noexcept;
+
+  const HapticRunHeader& header() const;
+  /// With every bit: a HapticSession of these computes what the recorded one did.
+  const HapticScene& scene() const;
+  const HapticOptions& options() const;
+  /// One for each obstacle; of no meaning for rigid ones.
+  std::span<const SnapshotSource> sources() const;
+  /// How the run ended; none if it was still running when the file was opened, or was killed.
+  const std::optional<HapticRunEnd>& end() const;
+
+  /// The number of ticks when the file was opened.
+  std::int64_t tick_count() const;
+  /// @throws InvalidArgument if there are no such ticks.
+  std::vector<RecordedTick> ticks(std::int64_t first, std::int64_t count) const;
+  /// Calls visit(const RecordedTick&) for all of them, in order; a block at a time is in memory.
+  template <typename Visit>
+  void for_each_tick(Visit visit) const {
+    constexpr std::int64_t kBlock = 2048;
+    const std::int64_t count = tick_count();
+    for (std::int64_t first = 0; first < count; first += kBlock) {
+      for (const RecordedTick& tick : ticks(first, std::min(kBlock, count - first))) visit(tick);
+    }
+  }
+  std::size_t bytes_per_tick() const;
+
+  /// A stored snapshot or mesh of an obstacle, counted from 1.
+  /// @throws InvalidArgument if there is no such snapshot.
+  RecordedSnapshot snapshot(std::size_t obstacle, std::int64_t number) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace dyop
