@@ -391,6 +391,63 @@ TEST(Joint, EndsTheStepAndGainsNoEnergyWhereHeldBodiesBeginInsideEachOther) {
   EXPECT_GT(too_near, 0U);
 }
 
+// Eighteen ragdolls dropped on each other in two layers: a crowd with joints.
+struct RagdollHeap {
+  explicit RagdollHeap(int threads) : world(options_of(threads)) {
+    world.add_body(floor_body(0.5));
+    const Matrix3 lying = rotation_from_vector(Vector3(std::numbers::pi / 2, 0, 0));
+    for (int i = 0; i < 18; ++i) {
+      const int layer = i / 9;
+      const Matrix3 R = rotation_from_vector(Vector3(0, 0, 0.4 * layer)) * lying;
+      const Vector3 p(1.3 * (i % 3), 2.2 * (i / 3 % 3), 0.35 + 0.8 * layer);
+      mass += add_ragdoll(world, RigidPose(R, p));
+    }
+  }
+  static WorldOptions options_of(int threads) {
+    WorldOptions options = earth_options();
+    options.thread_count = threads;
+    return options;
+  }
+
+  World world;
+  Scalar mass = 0;
+};
+
+TEST(Joint, HeapOfRagdollsGainsNoEnergyOnAnyNumberOfThreads) {
+  RagdollHeap one(1);
+  RagdollHeap three(3);
+  const auto energy = [](const World& world) {
+    Scalar sum = world.kinetic_energy();
+    for (const BodyId id : world.bodies()) {
+      const Scalar mass = world.body(id).mass_properties.mass;
+      if (world.body(id).kind == BodyKind::Dynamic) {
+        sum += mass * kGravity * world.state(id).X_WB.translation().z();
+      }
+    }
+    return sum;
+  };
+  Scalar last = energy(one.world);
+  std::int64_t unconverged = 0;
+  for (int k = 0; k < 100; ++k) {
+    const AdvanceReport report = one.world.advance(kJointStep);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    ASSERT_EQ(three.world.advance(kJointStep).status, AdvanceStatus::Completed);
+    unconverged += report.work.unconverged;
+    const Scalar now = energy(one.world);
+    ASSERT_LT(now, last + 1e-4 * one.mass * kGravity) << "step " << k;
+    last = now;
+  }
+  EXPECT_LE(unconverged, 5);
+  for (const BodyId id : one.world.bodies()) {
+    const RigidPose X_WB = one.world.state(id).X_WB;
+    EXPECT_EQ(X_WB.translation(), three.world.state(id).X_WB.translation());
+    EXPECT_EQ(X_WB.rotation(), three.world.state(id).X_WB.rotation());
+  }
+  for (const JointId id : one.world.joints()) {
+    EXPECT_LT(one.world.joint_values(id).separation, 1e-3);
+  }
+}
+
 TEST(Joint, RefusesWhatCannotBe) {
   World world;
   const BodyId a = world.add_body(anchor_body());

@@ -35,13 +35,16 @@ constexpr Scalar kBallTolerance = 0.01;
 constexpr Scalar kCoarseTravel = 20;
 constexpr std::size_t kCoarseContactsPerBody = 3;
 constexpr Scalar kCoarseTolerance = 0.3;
-// More than kCrowdBodies without joints that move by so many rest offsets per step are a crowd that
-// falls or is thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap
-// may lose in a substep, and even so many sweeps find that sooner than factorisations. Found by
-// measurement on poured spheres.
+// More than kCrowdBodies that move by so many rest offsets per step are a crowd that falls or is
+// thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may lose in a
+// substep, and even so many sweeps find that sooner than factorisations; not for ropes and linkages,
+// which have joints and fewer contacts than one to so many bodies. Found by measurement on poured
+// spheres and ragdolls.
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
+constexpr std::size_t kHeapBodiesPerContact = 6;
 constexpr int kCrowdSweeps = 1000;
+constexpr int kCoarseCrowdSweeps = 150;
 // Also a large island in which something moves by so many rest offsets per step is solved by so many
 // sweeps first. Found by measurement on what poured spheres and boxes do until they lie.
 constexpr Scalar kMovingTravel = 10;
@@ -283,7 +286,9 @@ bool SubstepProblem::may_sleep() const {
 }
 
 bool SubstepProblem::is_crowd() const {
-  return run_.members().size() > kCrowdBodies && run_.joints().empty() &&
+  const bool is_heap =
+      run_.joints().empty() || kHeapBodiesPerContact * contacts_.size() > run_.members().size();
+  return run_.members().size() > kCrowdBodies && is_heap &&
          start_speed_ * run_.context().h > kCrowdTravel * rest_offset_;
 }
 
@@ -299,6 +304,11 @@ bool SubstepProblem::is_of_balls() const {
 bool SubstepProblem::is_large_and_moves() const {
   return is_large() && !is_coarse() &&
          start_speed_ * run_.context().h > kMovingTravel * rest_offset_;
+}
+
+int SubstepProblem::first_sweeps() const {
+  if (is_crowd()) return is_coarse() ? kCoarseCrowdSweeps : kCrowdSweeps;
+  return is_large_and_moves() ? kMovingSweeps : 0;
 }
 
 bool SubstepProblem::turns_too_far(Scalar tau) const {
@@ -331,9 +341,10 @@ Scalar SubstepProblem::impact_tolerance(Scalar tau) const {
 // Sweeps alone first, if asked for: what they do not solve, factorisations may.
 ContactReport SubstepProblem::solve_with(const ContactSolverOptions& options, int first_sweeps) {
   ContactCascade& solver = run_.workspace().solver;
-  if (first_sweeps == 0 || options.newton_limit == 0) return solver.solve(problem_, options);
+  if (first_sweeps == 0) return solver.solve(problem_, options);
   ContactSolverOptions sweeps = options;
   sweeps.sweep_limit = std::max(sweeps.sweep_limit, first_sweeps);
+  if (options.newton_limit == 0) return solver.solve(problem_, sweeps);
   sweeps.newton_limit = 0;
   sweeps.admm_limit = 0;
   sweeps.cascade_rounds = 1;
@@ -379,11 +390,9 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
   LimitInterrupt interrupt(run_.context().limits);
   if (!options.interrupt) options.interrupt = &interrupt;
   const PartTimer timing = run_.timer(&StepTimes::solve);
-  int first_sweeps = 0;
-  if (!is_impact && is_large_and_moves()) first_sweeps = kMovingSweeps;
-  if (!is_impact && is_crowd()) first_sweeps = kCrowdSweeps;
-  slack_ = first_sweeps > 0 ? options.tolerance * tau : 0;
-  const ContactReport report = solve_with(options, first_sweeps);
+  const int sweeps = is_impact ? 0 : first_sweeps();
+  slack_ = sweeps > 0 ? options.tolerance * tau : 0;
+  const ContactReport report = solve_with(options, sweeps);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;
   return report;

@@ -154,6 +154,7 @@ class SubstepProblem {
   bool is_large() const;
   bool is_of_balls() const;
   bool is_large_and_moves() const;
+  int first_sweeps() const;
   bool may_sleep() const;
   // Returns by how much the velocity that counts as sticking changes.
   Scalar stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau);
