@@ -342,7 +342,7 @@ inline constexpr Scalar kSleepRestOffsetFraction = 0.01;
 inline constexpr Scalar kWakeWrenchChange = 1e-9;
 
 /// Residual to which an impact is solved, relative to the largest speed, and the energy that it may
-/// therefore seem to create, relative to the energy before. Used by World.
+/// therefore seem to create, relative to what its impulses exchange. Used by World.
 inline constexpr Scalar kImpactSpeedNoise = 1e-11;
 inline constexpr Scalar kImpactEnergyNoise = 1e-9;
 /// Mobility (velocity per impulse) that counts as none, relative to the largest in the problem:

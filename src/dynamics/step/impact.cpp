@@ -88,8 +88,7 @@ class ImpactSolve {
 
  private:
   bool solve_with(Scalar bounce);
-  bool solve_without_gain(Scalar energy_before);
-  Scalar kinetic_energy() const;
+  bool solve_without_gain();
 
   IslandRun& run_;
   SubstepProblem substep_;
@@ -142,50 +141,27 @@ bool ImpactSolve::solve_with(Scalar bounce) {
   return substep_.solve(run_.context().h, true).status == ContactStatus::Converged;
 }
 
-Scalar ImpactSolve::kinetic_energy() const {
-  Scalar energy = 0;
-  const std::vector<Vector3> L_W = substep_.angular_momenta(free_L_W_);
-  for (std::size_t i = 0; i < run_.members().size(); ++i) {
-    const ContactBody& body = substep_.problem().bodies[i];
-    energy += run_.members()[i].body->definition.mass_properties.mass * body.v_W.squaredNorm() +
-              body.w_W.dot(L_W[i]);
-  }
-  return energy / 2;
-}
-
 // Newton's restitution with friction can create energy ([Kane1984]). Then the largest part of it
-// that does not, by bisection; without any bounce no energy is gained.
-bool ImpactSolve::solve_without_gain(Scalar energy_before) {
-  const auto gains = [&] { return kinetic_energy() > energy_before * (1 + kImpactEnergyNoise); };
+// that does not, by bisection; without any bounce no energy is gained. Kinematic bodies may do work:
+// only what is done between bodies counts.
+bool ImpactSolve::solve_without_gain() {
   const bool is_solved = solve_with(1);
-  if (!has_work() || !gains()) return is_solved;
+  const Scalar h = run_.context().h;
+  if (!has_work() || !substep_.has_gained_energy(h)) return is_solved;
   Scalar most = 0;
   Scalar too_much = 1;
   constexpr int kHalvings = 20;
   for (int i = 0; i < kHalvings; ++i) {
     const Scalar middle = (most + too_much) / 2;
     solve_with(middle);
-    (gains() ? too_much : most) = middle;
+    (substep_.has_gained_energy(h) ? too_much : most) = middle;
   }
   return solve_with(most);
 }
 
 bool ImpactSolve::solve() {
   VelocityChange* change = run_.begin_change(VelocityChangeKind::Impact, {run_.now(), run_.now()});
-  Scalar before = 0;
-  for (const IslandRun::Member& member : run_.members()) {
-    const Matrix3 mobility = member.body->angular_mobility(member.state.X_WM.rotation());
-    before += (member.body->definition.mass_properties.mass * member.state.v_W.squaredNorm() +
-               member.state.L_W.dot(mobility * member.state.L_W)) /
-              2;
-  }
-  // Kinematic bodies can do work, so energy is bounded only while all of them are at rest.
-  const bool may_gain = std::any_of(
-      substep_.problem().bodies.begin() + static_cast<std::ptrdiff_t>(run_.members().size()),
-      substep_.problem().bodies.end(), [](const ContactBody& body) {
-        return !(body.free_v_W.isZero(0) && body.free_w_W.isZero(0));
-      });
-  const bool is_solved = may_gain ? solve_with(1) : solve_without_gain(before);
+  const bool is_solved = solve_without_gain();
   add_reactions(substep_);
   const std::vector<Vector3> L_W = substep_.angular_momenta(free_L_W_);
   for (std::size_t i = 0; i < run_.members().size(); ++i) {

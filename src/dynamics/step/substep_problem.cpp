@@ -433,6 +433,41 @@ std::vector<Vector3> SubstepProblem::angular_momenta(std::vector<Vector3> free_L
   return free_L_W;
 }
 
+bool SubstepProblem::has_gained_energy(Scalar tau) const {
+  const Scalar speed_noise = impact_tolerance(tau);
+  Scalar work = 0;
+  Scalar noise = 0;
+  const auto add = [&](Scalar impulse, Scalar before, Scalar after) {
+    work += impulse * (before + after) / 2;
+    noise += std::abs(impulse) *
+             (kImpactEnergyNoise * (std::abs(before) + std::abs(after)) / 2 + speed_noise);
+  };
+  for (const PointContact& row : problem_.contacts) {
+    const ContactBody& a = problem_.bodies[row.body_a];
+    const ContactBody& b = problem_.bodies[row.body_b];
+    const Vector3 before_W =
+        b.free_v_W + b.free_w_W.cross(row.r_b_W) - a.free_v_W - a.free_w_W.cross(row.r_a_W);
+    const Vector3 after_W = b.v_W + b.w_W.cross(row.r_b_W) - a.v_W - a.w_W.cross(row.r_a_W);
+    const Vector3 turn_before_W = b.free_w_W - a.free_w_W;
+    const Vector3 turn_after_W = b.w_W - a.w_W;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      add(row.impulse_W[k], before_W[k], after_W[k]);
+      add(row.angular_impulse_W[k], turn_before_W[k], turn_after_W[k]);
+    }
+  }
+  for (const JointRow& row : problem_.rows) {
+    const ContactBody& a = problem_.bodies[row.body_a];
+    const ContactBody& b = problem_.bodies[row.body_b];
+    const auto rate = [&](const Vector3& v_a, const Vector3& w_a, const Vector3& v_b,
+                          const Vector3& w_b) {
+      return row.j_av_W.dot(v_a) + row.j_aw_W.dot(w_a) + row.j_bv_W.dot(v_b) + row.j_bw_W.dot(w_b);
+    };
+    add(row.impulse, rate(a.free_v_W, a.free_w_W, b.free_v_W, b.free_w_W),
+        rate(a.v_W, a.w_W, b.v_W, b.w_W));
+  }
+  return work > noise;
+}
+
 BodyId SubstepProblem::id_of(std::size_t body) const {
   if (body < run_.members().size()) return run_.members()[body].body->id;
   for (const auto& [slot, index] : supports_) {

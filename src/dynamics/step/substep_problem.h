@@ -110,6 +110,9 @@ class SubstepProblem {
   Vector3 relative_turn(std::size_t contact) const;
   /// Angular momenta of the members after the impulses of the last solve, given those before.
   std::vector<Vector3> angular_momenta(std::vector<Vector3> free_L_W) const;
+  /// Whether the impulses of the last solve raised the energy of an impact: each of them, J, does the
+  /// work J (u- + u+) / 2 between its bodies, u their relative velocity there before and after.
+  bool has_gained_energy(Scalar tau) const;
   /// Adds the impulses of the last solve; only `share` of those of springs acts.
   void add_impulses(VelocityChange& change, Scalar share = 1) const;
   BodyId id_of(std::size_t body) const;
