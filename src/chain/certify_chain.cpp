@@ -2,14 +2,104 @@
 #include "dyop/chain/certify_chain.h"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "chain/path_cells.h"
 #include "core/batch_run.h"
+#include "core/tolerance.h"
 #include "dyop/core/error.h"
+#include "dyop/geometry/half_space.h"
+#include "dyop/motion/steady_motions.h"
+#include "toi/obstacles/obstacle_data.h"
+#include "toi/rigid/motion_bounds.h"
 
 namespace dyop {
 namespace chain_internal {
+
+/// A box in the world: its centre, and its axes times its half extents.
+struct PosedBox {
+  PosedBox(const AlignedBox& box, const RigidPose& X_WB)
+      : center(X_WB * box.center()), half_axes(X_WB.rotation() * (box.sizes() / 2).asDiagonal()) {}
+
+  Vector3 center;
+  Matrix3 half_axes;
+};
+
+/// The largest gap of two boxes along the axes of both and the line of their centres; negative or
+/// NaN if none separates them. `faces` are the unit axes.
+Scalar gap_of_boxes(const PosedBox& a, const Matrix3& faces_a, const PosedBox& b,
+                    const Matrix3& faces_b) {
+  const Vector3 between = b.center - a.center;
+  const auto gap_along = [&](const Vector3& n) {
+    return std::abs(n.dot(between)) - (n.transpose() * a.half_axes).cwiseAbs().sum() -
+           (n.transpose() * b.half_axes).cwiseAbs().sum();
+  };
+  Scalar best = gap_along(between.normalized());
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    best = std::max({best, gap_along(faces_a.col(k)), gap_along(faces_b.col(k))});
+  }
+  return best;
+}
+
+/// Proves that two boxes stay apart while their bodies move: along an axis that is fixed in a frame,
+/// their gap changes no faster than their farthest points move as seen from that frame. So it is
+/// measured at the middle of a part of the path, less the way of both until the part ends; parts are
+/// halved, down to one cell, until that suffices.
+///
+/// Rounding is that of other gaps of moving bodies, kStepNoise times the size of both.
+class BoxProof {
+ public:
+  /// `turns`: moving joints of the chain between the link and the frame.
+  struct Side {
+    const Shape* shape = nullptr;
+    std::optional<std::size_t> link;  // none: at rest, at X_WB
+    std::size_t turns = 0;
+    RigidPose X_WB;
+    Scalar size = 0;  // of the numbers that its gaps are computed from
+  };
+
+  BoxProof(const PathCells& cells, const Side& a, const Side& b, Scalar reach)
+      : cells_(cells),
+        a_(a),
+        b_(b),
+        box_a_(a.shape->bounding_box()),
+        box_b_(b.shape->bounding_box()),
+        reach_(reach + kStepNoise * (a.size + b.size)) {}
+
+  /// Whether they are proven farther apart than `reach` over cells [first, last).
+  bool holds(std::size_t first, std::size_t last) const {
+    const std::size_t middle = (first + last) / 2;
+    const RigidPose& X_WA = pose_of(a_, middle);
+    const RigidPose& X_WB = pose_of(b_, middle);
+    const Scalar gap = gap_of_boxes(PosedBox(box_a_, X_WA), X_WA.rotation(), PosedBox(box_b_, X_WB),
+                                    X_WB.rotation());
+    if (!(gap > reach_)) return false;
+    const TimeInterval part = cells_.interval(first, last);
+    const Scalar time =
+        std::max(part.end - cells_.middle(middle), cells_.middle(middle) - part.begin);
+    const Scalar way = time * (speed_of(a_, part) + speed_of(b_, part)) * (1 + 16 * kUnitRoundoff);
+    if (gap - way > reach_) return true;
+    return last - first > 1 && holds(first, middle) && holds(middle, last);
+  }
+
+ private:
+  const RigidPose& pose_of(const Side& side, std::size_t cell) const {
+    return side.link ? cells_.middle_pose(*side.link, cell) : side.X_WB;
+  }
+  Scalar speed_of(const Side& side, const TimeInterval& part) const {
+    if (!side.link) return 0;
+    const TwistBound bound = cells_.bound(*side.link, side.turns, part);
+    return bound.linear_speed + bound.angular_speed * side.shape->bounding_radius();
+  }
+
+  const PathCells& cells_;
+  const Side& a_;
+  const Side& b_;
+  AlignedBox box_a_;
+  AlignedBox box_b_;
+  Scalar reach_;
+};
 
 struct ChainMemory {
   ObstacleWorkspace obstacles;
@@ -26,6 +116,7 @@ ChainWorkspace& ChainWorkspace::operator=(ChainWorkspace&&) noexcept = default;
 
 namespace {
 
+using chain_internal::BoxProof;
 using chain_internal::CellMotion;
 
 // A pointer that does not keep its object.
@@ -47,6 +138,9 @@ void add(ToiStatistics& sum, const ToiStatistics& part) {
   sum.peak_queue = std::max(sum.peak_queue, part.peak_queue);
 }
 
+// Of a path of several pieces, for the search among obstacles.
+constexpr int kTimeParts = 16;
+
 // Body after body, each only up to the first event found so far.
 class ChainSearch {
  public:
@@ -64,6 +158,11 @@ class ChainSearch {
       links_.emplace_back(chain_, path_, link);
     }
     memory_.cells.set(chain, path, links_);
+    // A path of one piece has its cells at the same times.
+    const bool is_one_piece = path.times().size() == 2;
+    memory_.obstacles.memory().time_parts = is_one_piece ? int(memory_.cells.count()) : kTimeParts;
+    sizes_.resize(links_.size());
+    for (std::size_t link = 0; link < links_.size(); ++link) sizes_[link] = size_of(link);
   }
 
   ChainResult run();
@@ -71,6 +170,10 @@ class ChainSearch {
  private:
   void examine_link(std::size_t link);
   void examine_pair(const KinematicChain::LinkPair& pair);
+  BoxProof::Side side_of(std::size_t link, std::size_t base_turns) const;
+  bool stays_apart(const BoxProof::Side& a, const BoxProof::Side& b) const;
+  bool stays_apart(const BoxProof::Side& link, const Obstacle& obstacle) const;
+  Scalar size_of(std::size_t link) const;
   ToiOptions rest_of_options() const;
   TimeInterval rest() const { return {path_->domain().begin, best_.toi.t_safe}; }
   // Keeps the event if it is earlier than the best one.
@@ -82,6 +185,7 @@ class ChainSearch {
   const ChainOptions& options_;
   chain_internal::ChainMemory& memory_;
   std::vector<LinkMotion> links_;  // in the world
+  std::vector<Scalar> sizes_;      // largest_coordinate() of each
   ChainResult best_;
   ToiStatistics statistics_;
   Scalar rounding_allowance_ = 0;
@@ -109,6 +213,37 @@ bool ChainSearch::take(const ToiResult& found) {
   return true;
 }
 
+Scalar ChainSearch::size_of(std::size_t link) const {
+  const Shape* const shape = chain_->links()[link].shape.get();
+  if (!shape) return 0;
+  const TimeInterval whole = path_->domain();
+  const TwistBound bound = memory_.cells.bound(link, links_[link].turns().size(), whole);
+  return toi_internal::largest_coordinate(links_[link], bound, shape->bounding_radius(), whole);
+}
+
+// As seen from a frame with so many moving joints between it and the world.
+BoxProof::Side ChainSearch::side_of(std::size_t link, std::size_t base_turns) const {
+  return {chain_->links()[link].shape.get(), link, links_[link].turns().size() - base_turns,
+          RigidPose(), sizes_[link]};
+}
+
+// What this does not prove may still be so.
+bool ChainSearch::stays_apart(const BoxProof::Side& a, const BoxProof::Side& b) const {
+  const Scalar radius = std::min(a.shape->bounding_radius(), b.shape->bounding_radius());
+  const Scalar tolerance =
+      options_.toi.distance_tolerance.value_or(kDefaultRelativeTolerance * radius);
+  const BoxProof proof(memory_.cells, a, b, options_.toi.target_distance + tolerance);
+  return proof.holds(0, memory_.cells.count_until(best_.toi.t_safe));
+}
+
+bool ChainSearch::stays_apart(const BoxProof::Side& link, const Obstacle& obstacle) const {
+  const auto* const motion = dynamic_cast<const RestMotion*>(obstacle.X_WO.get());
+  if (!motion || as_half_space(*obstacle.shape)) return false;
+  const RigidPose X_WO = motion->pose(0);
+  const Scalar size = X_WO.translation().norm() + 2 * obstacle.shape->bounding_radius();
+  return stays_apart(link, {obstacle.shape.get(), std::nullopt, 0, X_WO, size});
+}
+
 void ChainSearch::examine_link(std::size_t link) {
   const Link& body = chain_->links()[link];
   if (!body.shape) return;
@@ -117,6 +252,11 @@ void ChainSearch::examine_link(std::size_t link) {
   if (filter.groups == 0) return;
   ToiOptions options = rest_of_options();
   options.solid_a = body.is_solid;
+  const BoxProof::Side side = side_of(link, 0);
+  filter.accepts = [&](ObstacleId id) {
+    const auto& accepts = options_.obstacles.accepts;
+    return (!accepts || accepts(id)) && !stays_apart(side, obstacles_.obstacle(id));
+  };
   const CellMotion motion(links_[link], link, CellMotion::Frame::World, memory_.cells);
   const ObstacleImpact found =
       obstacles_.first_impact(*body.shape, motion, rest(), options, filter, memory_.obstacles);
@@ -129,6 +269,8 @@ void ChainSearch::examine_pair(const KinematicChain::LinkPair& pair) {
   const Link& a = chain_->links()[pair.first];
   const Link& b = chain_->links()[pair.second];
   const std::size_t base = chain_->common_ancestor(pair.first, pair.second);
+  const std::size_t base_turns = links_[base].turns().size();
+  if (stays_apart(side_of(pair.first, base_turns), side_of(pair.second, base_turns))) return;
   ToiOptions options = rest_of_options();
   options.solid_a = a.is_solid;
   options.solid_b = b.is_solid;

@@ -2,6 +2,7 @@
 #include "chain/path_cells.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "chain/chain_frame.h"
@@ -9,16 +10,41 @@
 namespace dyop::chain_internal {
 namespace {
 
-// Minimum number of cells per path, of equal length within a piece. More: closer bounds on short
-// parts, each for about a microsecond for a six-axis arm.
-constexpr std::size_t kCells = 16;
+// Radians that all joints together turn in a cell, about. Less: closer bounds over short parts of the
+// path, each for about a microsecond for a six-axis arm. Found by measurement.
+constexpr Scalar kTurnOfCell = 0.5;
+constexpr Scalar kMostCells = 16;  // per piece
+
+// A joint that slides by the radius of the largest link counts as one that turns by a radian.
+Scalar turn_of_joint(const KinematicChain& chain, std::size_t coordinate, Scalar travel) {
+  if (chain.joints()[chain.joint_of(coordinate)].type != JointType::Prismatic) return travel;
+  Scalar radius = 0;
+  for (const Link& link : chain.links()) {
+    if (link.shape) radius = std::max(radius, link.shape->bounding_radius());
+  }
+  return radius > 0 ? travel / radius : 0;
+}
+
+// The same number for all pieces.
+std::size_t cells_per_piece(const KinematicChain& chain, const JointPath& path) {
+  Scalar most = 0;
+  for (std::size_t piece = 0; piece + 1 < path.times().size(); ++piece) {
+    const TimeInterval part{path.times()[piece], path.times()[piece + 1]};
+    Scalar turn = 0;
+    for (std::size_t j = 0; j < path.coordinate_count(); ++j) {
+      turn += turn_of_joint(chain, j, path.bound(j, part).speed * part.length());
+    }
+    most = std::max(most, turn);
+  }
+  return static_cast<std::size_t>(std::clamp(std::ceil(most / kTurnOfCell), 1.0, kMostCells));
+}
 
 }  // namespace
 
 void PathCells::set(const KinematicChain& chain, const JointPath& path,
                     std::span<const LinkMotion> links) {
   const std::span<const Scalar> pieces = path.times();
-  const std::size_t per_piece = (kCells + pieces.size() - 2) / (pieces.size() - 1);
+  const std::size_t per_piece = cells_per_piece(chain, path);
   times_.clear();
   begins_piece_.clear();
   for (std::size_t piece = 0; piece + 1 < pieces.size(); ++piece) {
@@ -91,6 +117,11 @@ std::size_t PathCells::cell_at(Scalar t) const {
 const MotionState* PathCells::state(std::size_t link, Scalar t) const {
   const std::size_t cell = cell_at(t);
   return middles_[cell] == t ? &states_[cell * frames_.size() + link] : nullptr;
+}
+
+std::size_t PathCells::count_until(Scalar t) const {
+  const auto after = std::lower_bound(times_.begin() + 1, times_.end() - 1, t);
+  return static_cast<std::size_t>(after - times_.begin());
 }
 
 TwistBound PathCells::bound(std::size_t link, std::size_t turns, const TimeInterval& part) const {

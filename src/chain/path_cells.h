@@ -22,6 +22,18 @@ class PathCells {
   /// a cell; otherwise null.
   const MotionState* state(std::size_t link, Scalar t) const;
 
+  std::size_t count() const { return times_.size() - 1; }
+  /// Cells that cover the path from its start to t.
+  std::size_t count_until(Scalar t) const;
+  /// From the start of cell `first` to the end of the one before `last`.
+  TimeInterval interval(std::size_t first, std::size_t last) const {
+    return {times_[first], times_[last]};
+  }
+  Scalar middle(std::size_t cell) const { return middles_[cell]; }
+  const RigidPose& middle_pose(std::size_t link, std::size_t cell) const {
+    return states_[cell * frames_.size() + link].X_WB;
+  }
+
  private:
   void set_states(const KinematicChain& chain, std::span<const LinkMotion> links, std::size_t cell);
   std::size_t cell_at(Scalar t) const;

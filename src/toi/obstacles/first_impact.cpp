@@ -18,9 +18,6 @@ using toi_internal::ObstacleTree;
 using toi_internal::SweptBoxes;
 using toi_internal::TimeParts;
 
-// The body is boxed over each of this many equal parts of the interval. More: more obstacles are
-// skipped, each for about 0.3 us.
-constexpr int kTimeParts = 16;
 // Node pairs of the first portion of a pair, and the growth of later ones. Most pairs need one.
 constexpr std::int64_t kFirstPortion = 512;
 constexpr std::int64_t kPortionGrowth = 4;
@@ -70,7 +67,7 @@ class ImpactSearch {
         options_(options),
         filter_(filter),
         memory_(memory),
-        parts_{interval, interval.length() > 0 ? kTimeParts : 1},
+        parts_{interval, interval.length() > 0 ? memory.time_parts : 1},
         swept_(body, X_WB, parts_),
         // Boxes farther apart than this contain shapes that are too, rounding included. The default
         // tolerance depends on the smaller shape, so that of the body or of a larger shape is never
