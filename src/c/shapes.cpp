@@ -94,6 +94,15 @@ dyop_status dyop_half_space_create(dyop_context* context, const double normal[3]
   });
 }
 
+dyop_status dyop_scaled_create(dyop_context* context, dyop_shape original, const double factors[3],
+                               dyop_shape* shape) {
+  return guard(context, [&] {
+    require_given(factors, "factors");
+    const Vector3 each(factors[0], factors[1], factors[2]);
+    context->adopt(context->shapes, shape, dyop::scaled(*context->shape(original), each));
+  });
+}
+
 dyop_status dyop_hull_create(dyop_context* context, const double* points, size_t point_count,
                              dyop_shape* shape) {
   return guard(context, [&] {

@@ -303,6 +303,20 @@ static int check_more_shapes(dyop_context* context) {
   CHECK(dyop_half_space_create(context, up, 1, &pair.a) == DYOP_OK);
   CHECK(dyop_half_space_create(context, NULL, 1, &pair.a) == DYOP_INVALID_ARGUMENT);
   {
+    const double half_extents[3] = {1, 1, 1};
+    const double factors[3] = {1, -2, 3};
+    const double none[3] = {1, 0, 1};
+    dyop_mass_properties box;
+    dyop_shape cube;
+    dyop_shape stretched;
+    CHECK(dyop_box_create(context, half_extents, &cube) == DYOP_OK);
+    CHECK(dyop_scaled_create(context, cube, factors, &stretched) == DYOP_OK);
+    CHECK(dyop_shape_mass_properties(context, stretched, 1, &box) == DYOP_OK);
+    CHECK(fabs(box.mass - 48) < 1e-12);
+    CHECK(dyop_scaled_create(context, cube, none, &stretched) == DYOP_INVALID_ARGUMENT);
+    CHECK(dyop_scaled_create(context, cube, NULL, &stretched) == DYOP_INVALID_ARGUMENT);
+  }
+  {
     const double heights[6] = {1, 2, 3, 1, 2, 3};
     dyop_mass_properties ground;
     CHECK(dyop_height_field_create(context, heights, 2, 3, 1, 2, 0, &shapes[0]) == DYOP_OK);

@@ -104,6 +104,18 @@ def test_half_space_has_no_end():
         dyop.HalfSpace((0, 0, 0))
 
 
+def test_scaled_shapes():
+    egg = dyop.scaled(dyop.Sphere(1), (1, 2, 3))
+    np.testing.assert_array_equal(egg.semi_axes, [1, 2, 3])
+    assert dyop.scaled(dyop.Sphere(1), 2).radius == 2
+    mirrored = dyop.scaled(dyop.Box((1, 2, 3)), [-2, 1, 1])
+    np.testing.assert_array_equal(mirrored.half_extents, [2, 2, 3])
+    with pytest.raises(dyop.InvalidArgument, match="cannot be scaled by"):
+        dyop.scaled(dyop.Capsule(1, 2), (1, 1, 2))
+    with pytest.raises(dyop.InvalidArgument, match="not zero"):
+        dyop.scaled(egg, 0)
+
+
 def test_height_field_is_closed_ground():
     x, y = np.meshgrid(np.arange(5) * 2.0, np.arange(3) * 0.5)
     slope = 0.25 * x - y  # rows along y, columns along x

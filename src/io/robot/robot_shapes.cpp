@@ -115,18 +115,6 @@ int common_end(const std::filesystem::path& a, const std::filesystem::path& b) {
   return int(end - parts_a.rbegin());
 }
 
-// A mesh that is turned inside out by a mirroring scale faces outward again.
-TriangleMesh scaled(const TriangleMesh& mesh, const Vector3& scale) {
-  if (scale == Vector3::Ones()) return mesh;
-  std::vector<Vector3> vertices(mesh.vertices().begin(), mesh.vertices().end());
-  for (Vector3& p : vertices) p = p.cwiseProduct(scale);
-  std::vector<TriangleIndices> triangles(mesh.triangles().begin(), mesh.triangles().end());
-  if (scale.prod() < 0) {
-    for (TriangleIndices& triangle : triangles) std::swap(triangle[1], triangle[2]);
-  }
-  return TriangleMesh(std::move(vertices), std::move(triangles));
-}
-
 }  // namespace
 
 MeshFinder::MeshFinder(const std::filesystem::path& urdf,
@@ -195,7 +183,7 @@ std::shared_ptr<const TriangleMesh> MeshFinder::load(const XmlNode& node) {
   std::shared_ptr<const TriangleMesh>& mesh = loaded_[key.str()];
   if (mesh) return mesh;
   try {
-    mesh = std::make_shared<TriangleMesh>(scaled(load_mesh_as_written(file), scale));
+    mesh = std::static_pointer_cast<const TriangleMesh>(scaled(load_mesh_as_written(file), scale));
   } catch (const FileError&) {
     throw;
   } catch (const InvalidArgument& error) {

@@ -32,6 +32,12 @@ ShapeReader::NamedShape read_form(const ShapeForm& form, const JsonNode& node) {
   return {place.guard([&] { return form.make(values); }), std::string(form.name)};
 }
 
+// A number for all axes, or one for each.
+Vector3 factors_of(const JsonNode& scale) {
+  if (scale.value().is_array()) return scale.vector3();
+  return Vector3::Constant(scale.number());
+}
+
 }  // namespace
 
 ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
@@ -54,14 +60,21 @@ ShapeReader::NamedShape ShapeReader::read(const JsonNode& node, bool is_shell) {
     node.fail("expected exactly one of " + names + ", found " + std::to_string(count));
   return node.guard([&] {
     if (kind == "mesh") return read_mesh(node, is_shell);
-    for (const std::string_view key : {"scale", "center"}) {
-      if (node.has(key)) node.at(key).fail("only a mesh can have this key");
+    if (node.has("center")) node.at("center").fail("only a mesh can have this key");
+    NamedShape result = read_of_kind(kind, node);
+    if (node.has("scale")) {
+      const JsonNode scale = node.at("scale");
+      result.shape = scale.guard([&] { return scaled(*result.shape, factors_of(scale)); });
     }
-    if (kind == "hull") return read_hull(node.at(kind));
-    if (kind == "octree") return read_octree(node.at(kind));
-    if (kind == "point_cloud") return read_point_cloud(node.at(kind));
-    return read_form(*geometry_internal::find_shape_form(kind), node.at(kind));
+    return result;
   });
+}
+
+ShapeReader::NamedShape ShapeReader::read_of_kind(std::string_view kind, const JsonNode& node) {
+  if (kind == "hull") return read_hull(node.at(kind));
+  if (kind == "octree") return read_octree(node.at(kind));
+  if (kind == "point_cloud") return read_point_cloud(node.at(kind));
+  return read_form(*geometry_internal::find_shape_form(kind), node.at(kind));
 }
 
 ShapeReader::NamedShape ShapeReader::read_mesh(const JsonNode& node, bool is_shell) {
@@ -112,12 +125,23 @@ ShapeReader::NamedShape ShapeReader::read_hull(const JsonNode& node) {
 TriangleMesh ShapeReader::read_placed_mesh(const JsonNode& node, bool is_shell) {
   MeshPlacement placement;
   placement.is_shell = is_shell;
-  if (node.has("scale")) placement.scale = node.at("scale").positive_number();
+  std::shared_ptr<const TriangleMesh> stretched;
+  if (node.has("scale")) {
+    const JsonNode scale = node.at("scale");
+    if (scale.value().is_array()) {
+      stretched = scale.guard([&] {
+        return std::static_pointer_cast<const TriangleMesh>(
+            scaled(load(node.at("mesh")), scale.vector3()));
+      });
+    } else {
+      placement.scale = scale.positive_number();
+    }
+  }
   if (node.has("center")) {
     placement.center = node.at("center").choice<MeshCenter>(
         {{"none", MeshCenter::None}, {"bounds", MeshCenter::Bounds}, {"mass", MeshCenter::Mass}});
   }
-  return place_mesh(load(node.at("mesh")), placement);
+  return place_mesh(stretched ? *stretched : load(node.at("mesh")), placement);
 }
 
 const TriangleMesh& ShapeReader::load(const JsonNode& node) {

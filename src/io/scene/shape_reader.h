@@ -31,6 +31,7 @@ class DYOP_EXPORT ShapeReader {
   const TriangleMesh& load(const JsonNode& node);
 
  private:
+  NamedShape read_of_kind(std::string_view kind, const JsonNode& node);
   NamedShape read_mesh(const JsonNode& node, bool is_shell);
   NamedShape read_hull(const JsonNode& node);
   NamedShape read_octree(const JsonNode& node);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/compound_shape.h"
@@ -575,6 +576,22 @@ SharedMesh make_height_field(py::handle source, const Pair& spacing, const Pair&
   return std::make_shared<TriangleMesh>(height_field(grid));
 }
 
+void bind_scaled(py::module_& m) {
+  m.def(
+      "scaled",
+      [](const Shape& shape, const std::variant<Scalar, Vector3>& factors) {
+        const auto* const one = std::get_if<Scalar>(&factors);
+        const Vector3 each = one ? Vector3::Constant(*one) : std::get<Vector3>(factors);
+        const py::gil_scoped_release unlocked;
+        return std::const_pointer_cast<Shape>(scaled(shape, each));
+      },
+      py::arg("shape"), py::arg("factors"),
+      "The shape stretched along its axes by a factor or (3,), none of them zero; negative ones\n"
+      "mirror it. A sphere may become an ellipsoid, a child of a compound a hull. What is round "
+      "or\n"
+      "rounded does not take all factors (InvalidArgument).");
+}
+
 void bind_height_field(py::module_& m) {
   m.def(
       "height_field", &make_height_field, py::arg("heights"), py::arg("spacing") = Pair{1, 1},
@@ -634,6 +651,7 @@ void accept_meshes_of_others() {
 
 void bind_meshes(py::module_& m) {
   bind_triangle_mesh(m);
+  bind_scaled(m);
   bind_height_field(m);
   bind_mesh_files(m);
   accept_meshes_of_others();

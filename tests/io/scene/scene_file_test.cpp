@@ -125,7 +125,9 @@ TEST_F(SceneFile, ReadsEveryShape) {
     {"name": "c", "mass": 1, "shape": {"hull": {"points": [[0,0,0],[1,0,0],[0,1,0],[0,0,1]]}}},
     {"name": "d", "mass": 1, "shape": {"hull": {"mesh": "cube.obj", "scale": 2}}},
     {"name": "e", "mass": 1, "shape": {"mesh": "cube.obj", "scale": 2, "center": "mass"}},
-    {"name": "f", "mass": 1, "shape": {"mesh": "cube.obj", "center": "bounds"}, "shell": true}])");
+    {"name": "f", "mass": 1, "shape": {"mesh": "cube.obj", "center": "bounds"}, "shell": true},
+    {"name": "g", "mass": 1, "shape": {"mesh": "cube.obj", "scale": [1, 2, -3]}},
+    {"name": "h", "mass": 1, "shape": {"sphere": {"radius": 1}, "scale": [1, 2, 3]}}])");
   const Scene scene = load(json.dump());
   EXPECT_EQ(dynamic_cast<const Box&>(*scene.bodies[0].shape).half_extents(), Vector3(1, 2, 3));
   EXPECT_EQ(dynamic_cast<const Capsule&>(*scene.bodies[1].shape).half_length(), 2);
@@ -135,6 +137,8 @@ TEST_F(SceneFile, ReadsEveryShape) {
   // A solid cube of mass m and edge s has the inertia m s^2 / 6, the shell of one m s^2 5 / 18.
   EXPECT_NEAR(scene.bodies[4].mass_properties.I_BBcm(0, 0), 4.0 / 6, 1e-12);
   EXPECT_NEAR(scene.bodies[5].mass_properties.I_BBcm(0, 0), 5.0 / 18, 1e-12);
+  EXPECT_EQ(scene.bodies[6].shape->bounding_box().max(), Vector3(1, 2, 0));
+  EXPECT_EQ(dynamic_cast<const Ellipsoid&>(*scene.bodies[7].shape).semi_axes(), Vector3(1, 2, 3));
   for (const BodyDefinition& body : scene.bodies) EXPECT_NEAR(body.mass_properties.mass, 1, 1e-12);
 }
 
@@ -405,8 +409,12 @@ TEST_F(SceneFile, NamesKeysThatAreUnknownMissingOrMisplaced) {
             ": bodies[1].density: only a dynamic body can have this key");
   EXPECT_EQ(message_of("/bodies/0/motion", Json::object()),
             ": bodies[0].motion: only a kinematic body can have a motion");
-  EXPECT_EQ(message_of("/bodies/0/shape/scale", 2),
-            ": bodies[0].shape.scale: only a mesh can have this key");
+  EXPECT_EQ(message_of("/bodies/0/shape/center", "mass"),
+            ": bodies[0].shape.center: only a mesh can have this key");
+  EXPECT_EQ(message_of("/bodies/0/shape/scale", 0),
+            ": bodies[0].shape.scale: scale factors must be finite and not zero, not (0 0 0)");
+  EXPECT_EQ(message_of("/bodies/0/shape/scale", "big"),
+            ": bodies[0].shape.scale: expected a number, found \"big\"");
   EXPECT_EQ(
       message_of("/bodies/0/shape/box", Json::object()),
       ": bodies[0].shape: expected exactly one of mesh, hull, sphere, box, capsule, cylinder, "
