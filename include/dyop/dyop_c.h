@@ -201,7 +201,7 @@ DYOP_C_API dyop_status dyop_height_field_create(dyop_context* context, const dou
                                                 size_t rows, size_t columns, double spacing_x,
                                                 double spacing_y, double base, dyop_shape* shape);
 /* The shape stretched along its axes by three factors, none of them zero; negative ones mirror it.
- * A sphere may become an ellipsoid. DYOP_INVALID_ARGUMENT if the shape does not take the factors. */
+ * A sphere may become an ellipsoid. DYOP_INVALID_ARGUMENT if the shape does not take factors. */
 DYOP_C_API dyop_status dyop_scaled_create(dyop_context* context, dyop_shape original,
                                           const double factors[3], dyop_shape* shape);
 /* The same triangles with as many new vertices: a new shape at a fraction of the cost. */

@@ -78,11 +78,11 @@ class Shape {
 
 /// The shape stretched along the axes of its frame; negative factors mirror it. Exact but for the
 /// rounding of its numbers: a sphere becomes an ellipsoid where factors differ, a half-space another
-/// one; boxes, ellipsoids, meshes (whose triangles go on facing outward) and hulls take any factors.
-/// What is round about z takes factors of one size along x and y, what is rounded those of one size.
-/// Children of a compound are scaled about its origin; there, too, meshes, hulls, boxes and spheres
-/// take any factors however they are turned. What cannot stay in its own frame, such as a cone upside
-/// down, becomes a compound. Meshes and hulls are copied.
+/// one. Boxes, ellipsoids, meshes (whose triangles go on facing outward) and hulls take any factors;
+/// what is round about z, those of one size along x and y; what is rounded, those of one size.
+/// Children of a compound are scaled about its origin: meshes, hulls, boxes and spheres by any
+/// factors, however they are turned. What cannot stay in its own frame, such as a cone upside down,
+/// becomes a compound. Meshes and hulls are copied.
 /// @throws InvalidArgument if a factor is zero or not finite, the result is out of range, or the
 ///         shape does not take these factors; the message says which, and names the child.
 std::shared_ptr<const Shape> scaled(const Shape& shape, const Vector3& factors);
