@@ -40,7 +40,6 @@
 #include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/impact_derivatives.h"

@@ -2,9 +2,9 @@
 #include "c/context.h"
 #include "c/convert.h"
 #include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 
 namespace {
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -31,5 +33,20 @@ struct NearestToPoint {
 /// Depth-first branch and bound, nearest box first. No allocation.
 /// @param limit Triangles proven farther away are not sought.
 NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p, Scalar limit);
+
+/// Which of two shapes the caller declares to be solids.
+struct Solids {
+  bool a = false;
+  bool b = false;
+};
+
+/// Throws InvalidArgument, prefixed with the name of the query, if a solid is a mesh that is not
+/// closed.
+void require_closed(const char* query, const Shape& a, const Shape& b, const Solids& solids);
+
+/// For shapes whose surfaces do not meet: a point, in world, of a part of one that lies inside the
+/// other, which must be a closed mesh declared solid; nothing if there is none.
+std::optional<Vector3> find_enclosed_point(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                           const RigidPose& X_WB, const Solids& solids);
 
 }  // namespace dyop::distance_internal

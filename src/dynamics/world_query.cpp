@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/world_query.h"
-
 #include <utility>
 
 #include "distance/pivot_seed.h"

@@ -6,7 +6,7 @@
 
 // Finds a direction along which two boxes are far apart, for several boxes at once.
 //
-// separating_direction() (box_fit.h) finds one for a single pair, and shares no code with
+// separating_direction() (split_tree.h) finds one for a single pair, and shares no code with
 // this: here boxes are columns of a node in single precision, a nearly optimal direction is good
 // enough, and a branch stalls all lanes.
 namespace dyop::hierarchy_internal {

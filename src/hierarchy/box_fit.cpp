@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hierarchy/box_fit.h"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -8,6 +6,7 @@
 #include <limits>
 
 #include "core/tolerance.h"
+#include "hierarchy/split_tree.h"
 
 namespace dyop::hierarchy_internal {
 namespace {

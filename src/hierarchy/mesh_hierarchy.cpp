@@ -11,7 +11,6 @@
 #include "core/assert.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
-#include "hierarchy/box_fit.h"
 #include "hierarchy/split_tree.h"
 
 namespace dyop {

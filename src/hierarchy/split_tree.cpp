@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hierarchy/box_fit.h"
-
 namespace dyop::hierarchy_internal {
 namespace {
 

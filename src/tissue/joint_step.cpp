@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/tissue/joint_step.h"
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "dyop/core/error.h"
+#include "dyop/tissue/soft_tissue.h"
 #include "tissue/cone_solver.h"
 #include "tissue/tissue_body.h"
 

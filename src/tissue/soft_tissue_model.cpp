@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/tissue/soft_tissue_model.h"
-
 #include <algorithm>
 
 #include "dyop/core/error.h"
+#include "dyop/tissue/soft_tissue.h"
 
 namespace dyop {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/tolerance.h"
-#include "distance/enclosure.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/toi/time_of_impact.h"

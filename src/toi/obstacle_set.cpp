@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "distance/enclosure.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/motion/steady_motions.h"
 #include "toi/obstacles/obstacle_data.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
-#include "distance/enclosure.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 
 namespace dyop {

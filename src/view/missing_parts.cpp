@@ -2,10 +2,8 @@
 // What the parts that this build lacks do instead: say so.
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
-#include "dyop/view/gltf_file.h"
 #include "dyop/view/live_server.h"
-#include "dyop/view/page_file.h"
-#include "view/page_bytes.h"
+#include "dyop/view/run_files.h"
 
 #ifdef DYOP_LACKS_PAGE
 namespace dyop::view_internal {

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/page_file.h"
-
 #include <algorithm>
 #include <cstdint>
 
 #include "dyop/core/error.h"
-#include "view/page_bytes.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop {
+namespace view_internal {
+
+// The bundled page, or nothing if dyop was built without it (page_bytes.cpp.in, missing_parts.cpp).
+std::string_view page_bytes();
+
+}  // namespace view_internal
+
 namespace {
 
 constexpr std::string_view kTitlePlace = "<!--dyop:title-->";

@@ -14,7 +14,7 @@
 #include "dyop/io/recording.h"
 #include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "geometry/shape_forms.h"
 #include "view/motion_rows.h"
 #ifdef DYOP_HAS_TOOL_PAGE

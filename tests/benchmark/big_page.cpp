@@ -13,7 +13,7 @@
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "dyop/geometry/primitives.h"
 #include "dyop/io/haptic_scene_file.h"
-#include "dyop/tissue/soft_tissue_model.h"
+#include "dyop/tissue/soft_tissue.h"
 #include "mesh_pair.h"
 
 namespace dyop::testing {

@@ -13,7 +13,7 @@
 #include "dyop/io/haptic_recording.h"
 #include "dyop/io/transform_stream.h"
 #include "dyop/view/live_server.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "support/inputs/haptic_run_texts.h"
 #include "view/browser_check.h"
 

@@ -6,7 +6,7 @@
 
 #include "cli/command.h"
 #include "dyop/view/live_server.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "view/browser_check.h"
 
 namespace dyop {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "distance/enclosure.h"
-
 #include <gtest/gtest.h>
 
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/primitives.h"

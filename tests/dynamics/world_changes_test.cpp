@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "dyop/motion/motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
 

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "hierarchy/box_fit.h"
+#include "hierarchy/split_tree.h"
 #include "support/inputs/random_inputs.h"
 
 namespace dyop::hierarchy_internal {

@@ -7,9 +7,9 @@
 #include "dyop/motion/bezier_motion.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "motion/motion_maker.h"
 
 /// One maker a motion; the contract test runs over kAllMotions.

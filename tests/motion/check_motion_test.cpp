@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "dyop/core/error.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "support/message_of.h"
 
 namespace dyop::testing {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/motion/user_motion.h"
-
 #include <gtest/gtest.h>
 
+#include "dyop/motion/motion.h"
 #include "motion/motion_test_tools.h"
 
 namespace dyop::testing {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/tissue/joint_step.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "dyop/tissue/soft_tissue.h"
 #include "support/inputs/tissue_bars.h"
 #include "support/message_of.h"
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/tissue/soft_tissue_model.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "dyop/core/error.h"
+#include "dyop/tissue/soft_tissue.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/inputs/tissue_bars.h"
 

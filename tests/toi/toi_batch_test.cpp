@@ -7,9 +7,9 @@
 
 #include "dyop/core/error.h"
 #include "dyop/geometry/primitives.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "dyop/toi/time_of_impact.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"

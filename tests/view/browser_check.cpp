@@ -9,7 +9,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop::testing {
 namespace {

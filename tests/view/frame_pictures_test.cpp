@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/frame_pictures.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "dyop/io/file_error.h"
+#include "dyop/view/run_files.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 

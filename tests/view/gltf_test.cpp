@@ -10,7 +10,7 @@
 #include "dyop/distance/distance.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording.h"
-#include "dyop/view/gltf_file.h"
+#include "dyop/view/run_files.h"
 #include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"
 

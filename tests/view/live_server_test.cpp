@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "dyop/core/error.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop {
 namespace {

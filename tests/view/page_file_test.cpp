@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/page_file.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <regex>
 
 #include "dyop/core/error.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop {
 namespace {

@@ -10,7 +10,7 @@
 #include "dyop/io/scene_file.h"
 #include "dyop/motion/steady_motions.h"
 #include "dyop/view/live_server.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "support/temporary_directory.h"
 #include "view/browser_check.h"
 #include "view/page_case.h"

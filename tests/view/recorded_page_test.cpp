@@ -7,7 +7,7 @@
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "io/record/recorded_world.h"
 #include "support/temporary_directory.h"
 #include "view/browser_check.h"

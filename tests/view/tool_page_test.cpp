@@ -13,7 +13,7 @@
 #include "dyop/io/haptic_recording.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "dyop/view/tool_follower.h"
 #include "support/inputs/haptic_run_texts.h"
 #include "support/message_of.h"

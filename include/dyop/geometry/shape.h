@@ -77,9 +77,10 @@ class Shape {
 };
 
 /// The shape stretched along the axes of its frame; negative factors mirror it. Exact but for the
-/// rounding of its numbers: a sphere becomes an ellipsoid where factors differ, a half-space another
-/// one. Boxes, ellipsoids, meshes (whose triangles go on facing outward) and hulls take any factors;
-/// what is round about z, those of one size along x and y; what is rounded, those of one size.
+/// rounding of its numbers: a sphere becomes an ellipsoid where factors differ, a half-space a
+/// half-space. Boxes, ellipsoids, hulls and meshes, whose triangles go on facing outward, take any
+/// factors; what is round about z, those of one size along x and y; what is rounded, those of one
+/// size.
 /// Children of a compound are scaled about its origin: meshes, hulls, boxes and spheres by any
 /// factors, however they are turned. What cannot stay in its own frame, such as a cone upside down,
 /// becomes a compound. Meshes and hulls are copied.

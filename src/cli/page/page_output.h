@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "dyop/view/frame_pictures.h"
+#include "dyop/view/run_files.h"
 
 /// What `view` and `export` both write of a run: its page, and pictures of that page.
 namespace dyop::cli {

@@ -15,7 +15,7 @@
 #include "dyop/core/error.h"
 #include "dyop/io/scene_file.h"
 #include "dyop/view/live_server.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "io/file_bytes.h"
 
 namespace dyop::cli {

@@ -16,8 +16,7 @@
 #include "dyop/io/haptic_recording.h"
 #include "dyop/io/recording.h"
 #include "dyop/io/recording_lines.h"
-#include "dyop/view/gltf_file.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "io/file_bytes.h"
 
 namespace dyop::cli {

@@ -10,8 +10,8 @@
 #include "dyop/core/types.h"
 #include "dyop/dynamics/world.h"
 #include "dyop/io/scene_file.h"
-#include "dyop/view/frame_pictures.h"
 #include "dyop/view/page_encoder.h"
+#include "dyop/view/run_files.h"
 
 /// What needs HDF5: without it every function throws FileError, which names the package.
 namespace dyop::cli {

@@ -23,7 +23,7 @@
 #include "dyop/motion/steady_motions.h"
 #include "dyop/toi/least_distance.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
 

@@ -9,7 +9,7 @@
 
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/io/mesh_file.h"
-#include "dyop/tissue/soft_tissue_model.h"
+#include "dyop/tissue/soft_tissue.h"
 #include "io/file_bytes.h"
 #include "io/json_reader.h"
 

@@ -7,7 +7,7 @@
 
 #include "dyop/motion/steady_motions.h"
 #include "dyop/view/page_encoder.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 #include "python/bindings.h"
 #include "python/glue/arguments.h"
 

@@ -11,7 +11,7 @@
 #include "dyop/core/export.h"
 #include "dyop/toi/deforming_time_of_impact.h"
 #include "dyop/toi/time_of_impact.h"
-#include "hierarchy/box_fit.h"
+#include "hierarchy/split_tree.h"
 #include "toi/deforming/deforming_sides.h"
 #include "toi/deforming/deforming_traversal.h"
 #include "toi/impact_band.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/tolerance.h"
-#include "hierarchy/box_fit.h"
+#include "hierarchy/split_tree.h"
 
 namespace dyop::toi_internal {
 namespace {

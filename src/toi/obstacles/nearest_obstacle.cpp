@@ -5,7 +5,7 @@
 
 #include "core/tolerance.h"
 #include "distance/distance_traversal.h"
-#include "distance/enclosure.h"
+#include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/toi/obstacle_set.h"
 #include "toi/obstacles/obstacle_data.h"

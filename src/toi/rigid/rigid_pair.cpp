@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "distance/enclosure.h"
+#include "distance/point_search.h"
 #include "dyop/distance/distance.h"
 
 namespace dyop::toi_internal {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/frame_pictures.h"
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -12,6 +10,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/io/file_error.h"
+#include "dyop/view/run_files.h"
 #include "view/frames/browser_pipe.h"
 
 namespace dyop {

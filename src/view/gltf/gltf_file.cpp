@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dyop/view/gltf_file.h"
-
 #include <tiny_gltf.h>
 
 #include <Eigen/Core>
@@ -15,6 +13,7 @@
 #include "dyop/geometry/half_space.h"
 #include "dyop/io/file_error.h"
 #include "dyop/io/recording.h"
+#include "dyop/view/run_files.h"
 #include "io/file_bytes.h"
 #include "view/shape_surface.h"
 

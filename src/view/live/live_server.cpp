@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "dyop/core/error.h"
-#include "dyop/view/page_file.h"
+#include "dyop/view/run_files.h"
 
 namespace dyop {
 namespace {

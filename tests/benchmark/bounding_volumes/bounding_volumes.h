@@ -55,7 +55,7 @@ Separation separation(const AxisAlignedBox::Placement& placement, const AxisAlig
                       const AxisAlignedBox& b);
 
 /// A box along the principal axes of the points; of three points, along the longest edge and the
-/// normal, as in box_fit.h.
+/// normal, as in split_tree.h.
 struct PrincipalBox {
   using Placement = RigidPose;
   static constexpr const char* kName = "principal box";

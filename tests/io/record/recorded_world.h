@@ -8,8 +8,8 @@
 #include "dyop/dynamics/world.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/io/recording.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "dyop/motion/user_motion.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 

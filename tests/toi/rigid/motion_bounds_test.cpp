@@ -6,8 +6,8 @@
 #include <random>
 
 #include "dyop/motion/interpolated_motion.h"
+#include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
-#include "dyop/motion/user_motion.h"
 
 namespace dyop::toi_internal {
 namespace {

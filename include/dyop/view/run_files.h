@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dyop/core/export.h"
+#include "dyop/core/types.h"
 #include "dyop/view/page_encoder.h"
 
 namespace DYOP_EXPORT dyop {
@@ -56,5 +57,44 @@ std::string recorded_page_html(const std::filesystem::path& recording,
 std::string compared_page_html(const std::filesystem::path& first,
                                const std::filesystem::path& second,
                                const RecordedPageOptions& options = {});
+
+struct FrameOptions {
+  int width = 1280;  ///< pixels, 16 to 8192
+  int height = 720;
+  Scalar frames_per_second = 30;    ///< > 0, of the film
+  Scalar time_per_second = 1;       ///< > 0, of the run that passes in a second of the film
+  std::optional<Scalar> from = {};  ///< of the run; none: its start
+  std::optional<Scalar> to = {};    ///< none: its end
+  std::string browser = {};         ///< Chromium; empty: `chromium` on the path
+  std::string link = {};            ///< of the page, without #: camera, theme; docs/player.md
+  std::int64_t most_frames = 3600;  ///< more are refused
+};
+
+/// Draws a page (page_html()) at equal steps of time in Chromium without a window, and writes
+/// DIR/frame-00000.png and so on, or, if `out` ends with .mp4, a film (ffmpeg).
+/// Returns how many frames there are.
+/// @throws InvalidArgument for an option out of its range or too many frames, FileError if Chromium
+///         or ffmpeg cannot be started or fail, or a file cannot be written.
+std::int64_t write_frames(const std::filesystem::path& page, const std::filesystem::path& out,
+                          const FrameOptions& options = {});
+
+struct GltfOptions {
+  /// How far the file's motion may be from the run's, besides rounding to single precision, as a
+  /// part of the smallest bounding radius of the bodies that move; > 0.
+  Scalar tolerance = 1e-4;  // literal: a fifth of the gap at which bodies rest
+  /// The run's z is up, as glTF's y is. False: the run's y is up already.
+  bool z_is_up = true;
+};
+
+/// Writes a recording of docs/formats.md as one binary glTF file (.glb): a node for every body,
+/// animated by cubic splines whose tangents differ at an impact, so that every viewer shows the
+/// exact kink.
+///
+/// Times, places and rotations are in single precision, as glTF wants it: events closer than its
+/// resolution become one key.
+/// @throws FileError if a file cannot be read or written, or this library was built without
+///         tinygltf or HDF5; InvalidArgument if an option is out of its range.
+void write_gltf(const std::filesystem::path& recording, const std::filesystem::path& out,
+                const GltfOptions& options = {});
 
 }  // namespace dyop
