@@ -10,10 +10,32 @@
 namespace dyop_check {
 namespace {
 
+// The bytes of a character at `at` that could steer a terminal or turn text around; 0 for others: C0,
+// delete, C1, and in UTF-8 U+200E, U+200F, U+202A to U+202E and U+2066 to U+2069.
+std::size_t steering_length(const std::string& text, std::size_t at) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0;
+  };
+  const int c = byte(at);
+  const int second = byte(at + 1);
+  const int third = byte(at + 2);
+  if (c < ' ' || c == 127) return 1;
+  if (c == 0xC2 && second >= 0x80 && second < 0xA0) return 2;
+  if (c != 0xE2) return 0;
+  const bool is_mark = second == 0x80 && (third == 0x8E || third == 0x8F);
+  const bool is_embedding = second == 0x80 && third >= 0xAA && third <= 0xAE;
+  const bool is_isolate = second == 0x81 && third >= 0xA6 && third <= 0xA9;
+  return is_mark || is_embedding || is_isolate ? 3 : 0;
+}
+
 // Names come from the file: what could steer a terminal is not printed.
 std::string printable(const std::string& name) {
   std::string text;
-  for (const char c : name) text += static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c;
+  for (std::size_t at = 0; at < name.size();) {
+    const std::size_t length = steering_length(name, at);
+    text += length > 0 ? '?' : name[at];
+    at += length > 0 ? length : 1;
+  }
   return text;
 }
 

@@ -17,7 +17,7 @@
 namespace dyop::cli {
 namespace {
 
-// The bytes of a control character that begins at `at`; 0 if another character does.
+// The bytes of a character that steers a terminal and begins at `at`; 0 if another character does.
 std::size_t control_length(std::string_view text, std::size_t at) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char c = byte(at);
@@ -25,7 +25,15 @@ std::size_t control_length(std::string_view text, std::size_t at) {
   // U+0080 to U+009F in UTF-8.
   const bool is_c1 =
       c == 0xC2 && at + 1 < text.size() && byte(at + 1) >= 0x80 && byte(at + 1) < 0xA0;
-  return is_c1 ? 2 : 0;
+  if (is_c1) return 2;
+  // What turns the order of text around: U+200E, U+200F, U+202A to U+202E, U+2066 to U+2069.
+  if (c != 0xE2 || at + 2 >= text.size()) return 0;
+  const unsigned char second = byte(at + 1);
+  const unsigned char third = byte(at + 2);
+  const bool is_mark = second == 0x80 && (third == 0x8E || third == 0x8F);
+  const bool is_embedding = second == 0x80 && third >= 0xAA && third <= 0xAE;
+  const bool is_isolate = second == 0x81 && third >= 0xA6 && third <= 0xA9;
+  return is_mark || is_embedding || is_isolate ? 3 : 0;
 }
 
 }  // namespace

@@ -13,7 +13,8 @@
 /// Names come from files that somebody else wrote: they must not steer the terminal.
 namespace dyop::cli {
 
-/// The text with its control characters, but for newlines and tabs, written as \xNN.
+/// The text with its control characters, but for newlines and tabs, and with those that turn the
+/// order of text around, written as \xNN.
 std::string printable(std::string_view text);
 
 /// While it lives, a stream shows printable() texts.

@@ -54,7 +54,7 @@ class CheckRecording : public ::testing::Test {
               const std::vector<CommittedStep>& steps, const std::string& scene = "",
               Scalar target_distance = 0.01) const {
     std::vector<BodyDefinition> bodies(2);
-    bodies[0].name = "mover";
+    bodies[0].name = mover_name_;
     bodies[0].shape = std::move(mover);
     bodies[1].name = "rester";
     bodies[1].kind = BodyKind::Static;
@@ -91,6 +91,7 @@ class CheckRecording : public ::testing::Test {
   }
 
   testing::TemporaryDirectory directory_;
+  std::string mover_name_ = "mover";
 };
 
 TEST_F(CheckRecording, ProvesRunsOfWorlds) {
@@ -429,6 +430,22 @@ TEST_F(CheckRecording, RefutesADipWithinAStep) {
     record(mover, plate, {swing(touching - 1e-6, turn)});
     EXPECT_EQ(check(file(), 0).code, kRefuted);
   }
+}
+
+// Controls of a terminal, in ASCII (which recordings hold as JSON's escapes) and in UTF-8, and what
+// turns the order of text around.
+TEST_F(CheckRecording, NamesCannotSteerTheTerminal) {
+  mover_name_ =
+      "a\x1b[31m b\xc2\x9b"
+      "c\xe2\x80\xae"
+      "d\xe2\x81\xa6"
+      "e\xc3\xa9";
+  const auto ball = std::make_shared<Sphere>(0.5);
+  record(ball, std::make_shared<Box>(Vector3(2, 2, 0.1)), {swing(0.6 + 0.01 - 1e-6, 3)});
+  const Answer dipped = check(file());
+  EXPECT_EQ(dipped.code, kRefuted) << dipped.text << dipped.error;
+  EXPECT_NE(dipped.text.find("refuted: a\\u001b[31m b?c?d?e\xc3\xa9 and rester"), std::string::npos)
+      << dipped.text;
 }
 
 // A ball beside a rod that follows each kind of prescribed motion, far from the origin too, and

@@ -73,11 +73,15 @@ TEST_F(RecordingCommands, RecordOverNothingButRecordings) {
 
 TEST_F(RecordingCommands, NamesCannotSteerTheTerminal) {
   std::string scene = kScene;
-  scene.replace(scene.find("A ball falls"), 12, "A \\u001b[31mred\\u009bball\\u0007");
+  scene.replace(scene.find("A ball falls"), 12,
+                "A \\u001b[31mred\\u009bball\\u0007 \\u202eeslaf\\u2069");
   const CommandResult result =
       run_command({"simulate", directory_.write("red.json", scene).string(), "--no-progress"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NE(result.out.find("A \\x1b[31mred\\xc2\\x9bball\\x07"), std::string::npos) << result.out;
+  EXPECT_NE(
+      result.out.find("A \\x1b[31mred\\xc2\\x9bball\\x07 \\xe2\\x80\\xaeeslaf\\xe2\\x81\\xa9"),
+      std::string::npos)
+      << result.out;
   for (const char c : result.out) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= ' ');
 }
 
