@@ -28,8 +28,8 @@ namespace dyop::toi_internal {
 /// 2^-22 only, which does not affect a support value; radii are rounded up by 2^-20; a direction has
 /// unit length to 8 u, and the floor is raised by 64 u of itself instead of dividing by the length;
 /// t + s is rounded to u max|t|, and points move by their speed times that.
-Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
-                          const TimeInterval& interval);
+DYOP_EXPORT Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
+                                      const TimeInterval& interval);
 
 /// Within which distance of its frame's origin a half-space matters in a query against another
 /// shape over an interval: see extent_beside(). Infinite for other shapes.
