@@ -25,7 +25,9 @@ class ConeRun {
         forces_(problem.guess.size() == problem.free.size()
                     ? problem.guess
                     : Eigen::VectorXd(Eigen::VectorXd::Zero(problem.free.size()))) {
-    if (count_ > 0) enough_ = kSolved * problem.free.cwiseAbs().maxCoeff();
+    if (count_ == 0) return;
+    enough_ = kSolved * problem.free.cwiseAbs().maxCoeff();
+    unit_ = problem.compliance.trace() / Scalar(problem.free.size());
   }
 
   ConeAnswer run() {
@@ -75,7 +77,9 @@ class ConeRun {
     return count_ > 0 ? residual_.cwiseAbs().maxCoeff() : 0;
   }
 
-  // Contacts whose y_n is not positive lose their force; of the others the residual's derivative.
+  // Contacts whose y_n is not positive lose their force; of the others the residual's derivative. A
+  // step in single precision takes half the time and at most a round more; in units of the mean
+  // compliance and of the largest residual nothing leaves its range.
   Eigen::VectorXd newton_step() {
     step_ = Eigen::VectorXd::Zero(forces_.size());
     active_.clear();
@@ -88,22 +92,27 @@ class ConeRun {
     }
     const auto size = 3 * Index(active_.size());
     matrix_.resize(size, size);
-    Eigen::VectorXd wanted(size);
+    Eigen::VectorXf wanted(size);
     const Eigen::VectorXd known = problem_.compliance * step_;
+    const Scalar length = residual_.cwiseAbs().maxCoeff();
     for (Index i = 0; i < Index(active_.size()); ++i) {
       const Index c = active_[std::size_t(i)];
       const Mix mix = mix_of(c);
       for (Index k = 0; k < Index(active_.size()); ++k) {
         matrix_.block<3, 3>(3 * i, 3 * k) =
-            mix.of_apart * problem_.compliance.block<3, 3>(3 * c, 3 * active_[std::size_t(k)]);
+            (mix.of_apart * problem_.compliance.block<3, 3>(3 * c, 3 * active_[std::size_t(k)]) /
+             unit_)
+                .cast<float>();
       }
-      matrix_.block<3, 3>(3 * i, 3 * i) += mix.of_force;
+      matrix_.block<3, 3>(3 * i, 3 * i) += (mix.of_force / unit_).cast<float>();
       wanted.segment<3>(3 * i) =
-          -residual_.segment<3>(3 * c) - mix.of_apart * known.segment<3>(3 * c);
+          ((-residual_.segment<3>(3 * c) - mix.of_apart * known.segment<3>(3 * c)) / length)
+              .cast<float>();
     }
-    const Eigen::VectorXd found = matrix_.partialPivLu().solve(wanted);
+    const Eigen::VectorXf found = matrix_.partialPivLu().solve(wanted);
     for (Index i = 0; i < Index(active_.size()); ++i) {
-      step_.segment<3>(3 * active_[std::size_t(i)]) = found.segment<3>(3 * i);
+      step_.segment<3>(3 * active_[std::size_t(i)]) =
+          length / unit_ * found.segment<3>(3 * i).cast<Scalar>();
     }
     return step_;
   }
@@ -166,8 +175,9 @@ class ConeRun {
   Eigen::VectorXd apart_;
   Eigen::VectorXd residual_;
   Scalar enough_ = 0;
+  Scalar unit_ = 1;
   std::vector<Index> active_;
-  Eigen::MatrixXd matrix_;
+  Eigen::MatrixXf matrix_;
   Eigen::VectorXd step_;
 };
 

@@ -38,7 +38,9 @@ constexpr int kFirstIterations = 2;
 struct JointPoint {
   CarriedPoint on_tissue;
   Matrix3 axes;
-  Vector3 free;  // displacement of the tool if it followed the device, along the axes
+  // Along the axes, since the contact was found:
+  Vector3 free = Vector3::Zero();         // displacement of the tool if it followed the device
+  Vector3 already = Vector3::Zero();      // that relative to the tissue before the step begins
   std::optional<std::size_t> place = {};  // among the active ones
 };
 
@@ -48,6 +50,18 @@ Matrix3 axes_of(const Vector3& normal) {
   axes.col(1) = normal.unitOrthogonal();
   axes.col(2) = axes.col(0).cross(axes.col(1));
   return axes;
+}
+
+// In the tool's coordinates.
+ToolPose moved(const ToolPose& tool, const Eigen::VectorXd& way) {
+  ToolPose there = tool;
+  const Vector3 turn = way.segment<3>(3);
+  const Scalar angle = turn.norm();
+  const Quaternion q(
+      Eigen::AngleAxisd(angle, angle > 0 ? Vector3(turn / angle) : Vector3::UnitX()));
+  there.X_WT = RigidPose(q * tool.X_WT.quaternion(), tool.X_WT.translation() + way.head<3>());
+  for (Eigen::Index k = 6; k < way.size(); ++k) there.angles[std::size_t(k - 6)] += way[k];
+  return there;
 }
 
 class JointRun {
@@ -63,6 +77,7 @@ class JointRun {
     const NodeVectors start = body_.begin_step() + others;
     NodeVectors v = body_.velocities();
     NodeVectors impulses = body_.last_impulses();  // as a guess
+    report_.tool = tool_.device;
     if (numbers_.empty() && impulses.isZero(0)) {
       report_.iterations = body_.solve(start, v, body_.options().most_iterations);
     } else {
@@ -84,8 +99,7 @@ class JointRun {
                      contact.nhat_W.squaredNorm() > 0 && contact.nhat_W.squaredNorm() < kInfinity,
                  "step_jointly: contact ", number, " has numbers that are not finite");
     numbers_.push_back(number);
-    points_.push_back(
-        {body_.carried_point(surface.triangle, weights), axes_of(contact.nhat_W), Vector3::Zero()});
+    points_.push_back({body_.carried_point(surface.triangle, weights), axes_of(contact.nhat_W)});
     tool_points_.push_back({contact.p_W, contact.hinge});
   }
 
@@ -189,15 +203,22 @@ class JointRun {
 
   // Where the springs would take the tool's points without contacts.
   void find_way_of_tool() {
-    const Eigen::VectorXd way = tool_displacement(tool_.hinges.size(), tool_.tool, tool_.device);
+    const std::size_t hinges = tool_.hinges.size();
+    const Eigen::VectorXd whole = tool_displacement(hinges, tool_.tool, tool_.device);
+    const Eigen::VectorXd before =
+        tool_displacement(hinges, tool_.tool, tool_.start.value_or(tool_.tool));
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Vector3 moved = tool_jacobian(tool_.hinges, tool_.tool, tool_points_[i]) * way;
-      points_[i].free = points_[i].axes.transpose() * moved;
+      JointPoint& point = points_[i];
+      const Eigen::MatrixXd jacobian = tool_jacobian(tool_.hinges, tool_.tool, tool_points_[i]);
+      const Vector3 tissue = body_.place(point.on_tissue) - contacts_[numbers_[i]].p_WO;
+      point.free = point.axes.transpose() * (jacobian * whole);
+      point.already = point.axes.transpose() * (jacobian * before - tissue);
     }
   }
 
-  // The displacement of the tool without contacts relative to the tissue, along the contact's axes,
-  // since it was found; along the normal the gap at the end less the one wanted.
+  // Along the contact's axes, without the contacts' forces on the tool: along the normal the gap at
+  // the end less the one wanted, along the tangents the tool's displacement relative to the tissue
+  // in this step. What slipped before the step has slipped; undoing it would swing from step to step.
   Vector3 apart(std::size_t i, const NodeVectors& v) const {
     const JointPoint& point = points_[i];
     const ToolContactPoint& contact = contacts_[numbers_[i]];
@@ -205,6 +226,7 @@ class JointRun {
                            body_.options().period * TissueBody::sum_of(point.on_tissue, v);
     Vector3 one = point.free - point.axes.transpose() * tissue;
     one[0] += (contact.p_W - contact.p_WO).dot(point.axes.col(0)) - tool_.rest_offset;
+    one.tail<2>() -= point.already.tail<2>();
     return one;
   }
 
@@ -242,6 +264,9 @@ class JointRun {
   }
 
   void tell() {
+    const Eigen::VectorXd whole =
+        tool_displacement(tool_.hinges.size(), tool_.tool, tool_.device) + springs_way();
+    report_.tool = moved(tool_.tool, whole);
     for (const std::size_t number : numbers_) {
       contacts_[number].force_W.setZero();
       contacts_[number].state = ContactState::Open;

@@ -19,9 +19,8 @@ using Eigen::Index;
 
 }  // namespace
 
-NestedCholesky::NestedCholesky(const std::vector<Cell>& cells, const BlockRows& matrix,
-                               bool is_single)
-    : order_(cells.size()), is_single_(is_single) {
+NestedCholesky::NestedCholesky(const std::vector<Cell>& cells, const BlockRows& matrix)
+    : order_(cells.size()) {
   if (cells.empty()) return;
   std::vector<std::int32_t> all(cells.size());
   std::iota(all.begin(), all.end(), 0);
@@ -151,7 +150,13 @@ void NestedCholesky::factorise(const BlockRows& matrix) {
         front.below);
     updates[k] = sum.bottomRightCorner(rest, rest);
     updates[k].selfadjointView<Eigen::Lower>().rankUpdate(front.below, -1);
-    if (!is_single_) continue;
+  }
+}
+
+void NestedCholesky::round_to_single() {
+  if (is_single_) return;
+  is_single_ = true;
+  for (Front& front : fronts_) {
     front.single_lower = front.lower.cast<float>();
     front.single_below = front.below.cast<float>();
     front.lower = {};

@@ -23,10 +23,12 @@ class NestedCholesky {
  public:
   NestedCholesky() = default;
   /// @param cells Place of each node in the lattice.
-  /// @param is_single Keep the factor in single precision: half the memory, and solves twice as
-  ///        fast, for matrices of a condition below about a million.
   /// @throws InvalidArgument if the matrix is not positive definite.
-  NestedCholesky(const std::vector<Cell>& cells, const BlockRows& matrix, bool is_single = false);
+  NestedCholesky(const std::vector<Cell>& cells, const BlockRows& matrix);
+
+  /// Keeps the factor in single precision from now on: half the memory, and solves twice as fast, for
+  /// matrices of a condition below about a million.
+  void round_to_single();
 
   /// Overwrites every column of `x`, three rows a node, by the solution of A x = column.
   void solve(Eigen::Ref<Eigen::MatrixXd> x) const;

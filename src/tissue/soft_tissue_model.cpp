@@ -12,9 +12,13 @@ namespace {
 // multiple, one or two steps later. At most so much of what a step gives anyway.
 constexpr Scalar kRepaid = 0.5;
 constexpr Scalar kMostRepaid = 0.1;
-// Contacts are looked for this far, and not nearer to each other than this, in cubes: the facets of
-// the surface beside each other must all be found, as the tool rests on one or another of them.
-constexpr Scalar kReach = 0.25;
+// Contacts are looked for this far in cubes, besides the tool's way in a step, which counts up to
+// kMostWay: what tissue or tool may reach until the step's end, two periods after the search. Those
+// that are not found are run into at full speed, by a fast hand or by tissue that springs back.
+constexpr Scalar kReach = 1;
+constexpr Scalar kMostWay = 1;
+// And not nearer to each other than this: the facets of the surface beside each other must all be
+// found, as the tool rests on one or another of them.
 constexpr Scalar kSpread = 0.05;
 constexpr Scalar kRise = 0.5;
 // The expected turn of the device until the end of a step, radians.
@@ -41,7 +45,7 @@ SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obst
 
 ContactSearch SoftTissueModel::search() const {
   const Scalar edge = tissue_.options().cube_edge;
-  return {kReach * edge, kRise, kSpread * edge};
+  return {kReach * edge + std::min(way_, kMostWay * edge), kRise, kSpread * edge};
 }
 
 // If it goes on as since the last news, where it is when the step ends.
@@ -62,6 +66,24 @@ ToolPose SoftTissueModel::expected_device(const TissueNews& news) {
   }
   last_ = now;
   return expected;
+}
+
+// The step begins when tissue has come to where its last step ends: until then the tool goes on as
+// was expected, from where it really is.
+std::optional<ToolPose> SoftTissueModel::expected_start(const TissueNews& news) const {
+  if (expected_.size() < 2) return std::nullopt;
+  const Scalar left = 1 - news.progress.fraction;
+  const ToolPose &from = expected_[0], &to = expected_[1];
+  Eigen::AngleAxisd turn(to.X_WT.quaternion() * from.X_WT.quaternion().conjugate());
+  turn.angle() *= left;
+  ToolPose start = news.tick.tool;
+  const Vector3 way = left * (to.X_WT.translation() - from.X_WT.translation());
+  start.X_WT =
+      RigidPose(Quaternion(turn) * start.X_WT.quaternion(), start.X_WT.translation() + way);
+  for (std::size_t k = 0; k < start.angles.size(); ++k) {
+    start.angles[k] += left * (to.angles[k] - from.angles[k]);
+  }
+  return start;
 }
 
 // Sets what the ticks felt against what was expected of them.
@@ -97,8 +119,13 @@ void SoftTissueModel::step(const TissueNews& news, std::span<Vector3> vertices) 
   if (is_told) settle(news);
   tool_.tool = news.tick.tool;
   tool_.device = is_told ? expected_device(news) : tool_.tool;
+  tool_.start = is_told ? expected_start(news) : std::nullopt;
   contacts_ = news.contacts;
-  springs_share_ = step_jointly(tissue_, tool_, contacts_, repay()).springs_share;
+  const JointReport report = step_jointly(tissue_, tool_, contacts_, repay());
+  springs_share_ = report.springs_share;
+  way_ = (tool_.device.X_WT.translation() - tool_.tool.X_WT.translation()).norm();
+  if (expected_.size() == 2) expected_.erase(expected_.begin());
+  expected_.push_back(report.tool);
   remember_loads();
   std::copy(tissue_.vertices().begin(), tissue_.vertices().end(), vertices.begin());
 }

@@ -15,7 +15,10 @@ namespace {
 // Turns below this change no force beyond rounding.
 constexpr Scalar kTurnNoise = 1e-12;  // literal: radians; Newton's method ends some 1e-16 beside it
 constexpr int kMostTurns = 40;
+// Averages of a node's rotation with those around it: over some cubes' length.
+constexpr int kSmoothings = 10;
 constexpr Scalar kTame = 1e6;  // condition that single precision bears
+constexpr int kInverseIterations = 12;
 // Part of the elastic energy that counts in a solve's scale: an error of the shape a tenth of the
 // tolerance.
 constexpr Scalar kStrainShare = 0.01;
@@ -31,6 +34,11 @@ Vector3 axial(const Matrix3& m) {
 
 Scalar dot(const NodeVectors& a, const NodeVectors& b) {
   return a.cwiseProduct(b).sum();
+}
+
+// Quaternions as vectors: q and -q are the same rotation.
+void add_rotation(const Eigen::Vector4d& turn, Eigen::Vector4d& sum) {
+  sum += sum.dot(turn) < 0 ? Eigen::Vector4d(-turn) : turn;
 }
 
 }  // namespace
@@ -81,17 +89,21 @@ TissueBody::TissueBody(const TriangleMesh& surface_W, const SoftTissueOptions& o
   place_vertices();
 }
 
-// Whether single precision suffices for a preconditioner: the condition is at most about that of
-// the stiffest node against the inertia of the lightest.
+// Whether single precision suffices for a preconditioner. The largest eigenvalue is about that of
+// the stiffest node; the smallest comes from inverse iteration, which needs no exact one.
 bool TissueBody::is_tame(const BlockRows& rows) const {
-  Scalar stiffest = 0, lightest = kInfinity;
+  Scalar stiffest = 0;
   for (std::size_t n = 0; n < rows.size(); ++n) {
     stiffest = std::max(stiffest, rows[n].at(std::int32_t(n)).trace());
   }
-  for (std::size_t n = 0; n < free_number_.size(); ++n) {
-    if (is_free(std::int32_t(n))) lightest = std::min(lightest, lattice_.masses()[n]);
+  Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(3 * free_count_, 1, 2).normalized();
+  Scalar answer = 0;
+  for (int k = 0; k < kInverseIterations && x.size() > 0; ++k) {
+    factor_.solve_one(x);
+    answer = x.norm();
+    x /= answer;
   }
-  return stiffest < kTame * lightest;
+  return stiffest * answer < kTame;
 }
 
 // A of the body at rest.
@@ -121,7 +133,8 @@ void TissueBody::factorise() {
       }
     }
   }
-  factor_ = NestedCholesky(cells, rows, is_tame(rows));
+  factor_ = NestedCholesky(cells, rows);
+  if (is_tame(rows)) factor_.round_to_single();
 }
 
 Vector24 TissueBody::corner_values(std::size_t cube, const NodeVectors& field) const {
@@ -148,7 +161,6 @@ Vector24 TissueBody::strained(std::size_t cube) const {
 }
 
 void TissueBody::find_rotations() {
-  std::vector<Eigen::Vector4d> sums(node_rotations_.size(), Eigen::Vector4d::Zero());
   for (std::size_t k = 0; k < turns_.size(); ++k) {
     const Corners& corners = lattice_.cubes()[k];
     const CubeElement& element = lattice_.element(k);
@@ -159,14 +171,34 @@ void TissueBody::find_rotations() {
     }
     turns_[k] = nearest_rotation(f, turns_[k]);
     rotations_[k] = turns_[k].toRotationMatrix();
-    for (const std::int32_t node : corners) {
-      Eigen::Vector4d& sum = sums[std::size_t(node)];
-      const Eigen::Vector4d& turn = turns_[k].coeffs();
-      sum += sum.dot(turn) < 0 ? Eigen::Vector4d(-turn) : turn;
+  }
+  find_node_rotations();
+}
+
+// Those that turn the factor of the body at rest. They must change little from node to node: where
+// they do not, a displacement common to all nodes strains the turned factor, which is then too stiff
+// for the soft modes of thin parts by as much as those are softer than a cube, and the forces of a
+// joint step overshoot.
+void TissueBody::find_node_rotations() {
+  std::vector<Eigen::Vector4d> of_cubes, of_nodes(node_rotations_.size());
+  for (const Quaternion& turn : turns_) of_cubes.push_back(turn.coeffs());
+  for (int pass = 0; pass <= kSmoothings; ++pass) {
+    of_nodes.assign(of_nodes.size(), Eigen::Vector4d::Zero());
+    for (std::size_t k = 0; k < of_cubes.size(); ++k) {
+      for (const std::int32_t node : lattice_.cubes()[k]) {
+        add_rotation(of_cubes[k], of_nodes[std::size_t(node)]);
+      }
+    }
+    for (Eigen::Vector4d& turn : of_nodes) turn.normalize();
+    for (std::size_t k = 0; k < of_cubes.size(); ++k) {
+      of_cubes[k].setZero();
+      for (const std::int32_t node : lattice_.cubes()[k]) {
+        add_rotation(of_nodes[std::size_t(node)], of_cubes[k]);
+      }
     }
   }
-  for (std::size_t n = 0; n < sums.size(); ++n) {
-    node_rotations_[n] = Quaternion(sums[n]).normalized().toRotationMatrix();
+  for (std::size_t n = 0; n < of_nodes.size(); ++n) {
+    node_rotations_[n] = Quaternion(of_nodes[n]).toRotationMatrix();
   }
 }
 

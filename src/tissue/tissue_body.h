@@ -76,6 +76,7 @@ class TissueBody {
   Matrix3 turned_response(std::int32_t n, std::int32_t m) const;
   void keep_momentum(const NodeVectors& rest, NodeVectors& v) const;
   void find_rotations();
+  void find_node_rotations();
   void find_forces();
   Scalar kinetic_energy(const NodeVectors& v) const;
   Scalar work_of_weight(const NodeVectors& change) const;
@@ -94,9 +95,9 @@ class TissueBody {
   NodeVectors v_;
   NodeVectors forces_;  // of the strained cubes on the nodes
   Scalar elastic_energy_ = 0;
-  std::vector<Quaternion> turns_;   // of the cubes
-  std::vector<Matrix3> rotations_;  // the same
-  std::vector<Matrix3> node_rotations_;
+  std::vector<Quaternion> turns_;        // of the cubes
+  std::vector<Matrix3> rotations_;       // the same
+  std::vector<Matrix3> node_rotations_;  // smoothed
   std::vector<Vector3> vertices_;
   NodeVectors last_impulses_;
   std::vector<Eigen::Index> surface_number_;  // of each node: in the response; -1: fixed or inside

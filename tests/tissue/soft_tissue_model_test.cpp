@@ -137,6 +137,25 @@ TEST(SoftTissueModel, YieldsToTheToolAndComesToRest) {
   }
 }
 
+// At 60 mm/s; of the material's own viscosity come 75 % above the force at rest. Tissue knows of the
+// tool when it sets out, two periods before it is where it shall be, and springs back when the hand
+// stops sooner than expected.
+TEST(SoftTissueModel, YieldsInTimeToAFastHand) {
+  struct Case {
+    Scalar stiffness;
+    Scalar most;  // of the force at rest
+  };
+  for (const auto& [stiffness, most] : {Case{0.2, 1.8}, Case{1, 2.3}, Case{5, 3.6}}) {
+    PressedSlab slab(stiffness);
+    slab.scene.X_WT = RigidPose(Vector3(0.3, 0.2, kBall + 8));
+    const auto felt = slab.run(
+        1500, [](Scalar t) { return Vector3(0.3, 0.2, kBall + std::max(8 - 60 * t, Scalar{-4})); });
+    EXPECT_GT(felt.last, 0.1);
+    EXPECT_LE(felt.largest, most * felt.last) << stiffness;
+    EXPECT_EQ(felt.unproven, 0);
+  }
+}
+
 // Over a second at rest, what the tissue took is what the tool felt.
 TEST(SoftTissueModel, TakesWhatItGives) {
   PressedSlab slab(1);

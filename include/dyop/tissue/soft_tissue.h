@@ -118,8 +118,10 @@ class SoftTissue {
 struct JointTool {
   CouplingOptions coupling;
   std::vector<ToolHinge> hinges;
-  ToolPose tool;           ///< where the contacts were found
-  ToolPose device;         ///< to where the springs pull it
+  ToolPose tool;    ///< where the contacts were found
+  ToolPose device;  ///< to where the springs pull it
+  /// Where the tool is when the step begins, if that is later than the contacts were found.
+  std::optional<ToolPose> start = {};
   Scalar rest_offset = 0;  ///< gap of a loaded contact, with the margin: length, >= 0
   Scalar friction = 0;     ///< Coulomb's coefficient, >= 0
 };
@@ -131,6 +133,7 @@ struct JointReport {
   /// Part of the contacts' compliance that is that of the springs, the rest the tissue's over a
   /// step, 0 to 1; 1 without contacts.
   Scalar springs_share = 1;
+  ToolPose tool;  ///< at the step's end
 };
 
 /// One step of the tissue, solved together with the tool on its springs: at its end the springs'
@@ -190,6 +193,7 @@ class SoftTissueModel final : public TissueModel {
     Scalar share = 0;
   };
   ToolPose expected_device(const TissueNews& news);
+  std::optional<ToolPose> expected_start(const TissueNews& news) const;
   void settle(const TissueNews& news);
   std::vector<SurfaceForce> repay();
   void remember_loads();
@@ -197,6 +201,8 @@ class SoftTissueModel final : public TissueModel {
   SoftTissue tissue_;
   JointTool tool_;
   std::optional<Sight> last_;
+  std::vector<ToolPose> expected_;  // the tool at the ends of the last two steps, the newer last
+  Scalar way_ = 0;                  // expected of the tool in the last step
   std::vector<ToolContactPoint> contacts_;
   std::vector<Load> loads_;                 // of the last step that had any
   Vector3 step_impulse_ = Vector3::Zero();  // expected of the newest step
