@@ -295,6 +295,13 @@ async function checkEvents(page) {
     return [window.dyop.player.t, window.dyop.run.impacts.rows.find((row) => size(row) === most).t];
   }, largest);
   check(t === worst, `the largest impulse is at ${worst}, the button goes to ${t}`);
+  const [hadImpact, hasImpact] = await page.evaluate(() => {
+    const {player} = window.dyop;
+    const before = player.chosen.impact;
+    [...document.querySelectorAll('.worst button')].find(({textContent}) => textContent.startsWith('Nearest gap')).click();
+    return [Boolean(before), Boolean(player.chosen.impact)];
+  });
+  check(hadImpact && !hasImpact, 'an impact stays chosen at the time of the nearest gap');
   await page.select('#tab-events select[aria-label="Order"]', 'time');
   await page.select('#tab-events select[aria-label="Kind of event"]', '');
   await page.click('[data-tab=data]');

@@ -288,6 +288,20 @@ async function checkCloseUp() {
     check(expected > 20, `a gap of ${gap} is ${expected} pixels wide`);
     check(Math.abs(seen - expected) < 2.5, `a gap of ${gap} takes ${seen} pixels of the picture, not ${expected}`);
   }
+  // To another time, and close up before that was drawn.
+  const far = await page.evaluate((t) => {
+    const {player} = window.dyop;
+    player.hidden = new Set();
+    player.overlays.show = {witness: true};
+    player.seek(player.run.begin);
+    player.draw();
+    player.seek(t);
+    player.closeUp();
+    const {pa, pb} = player.overlays.shown;
+    const {x, y, z} = player.stage.controls.target;
+    return Math.hypot(...[x, y, z].map((at, k) => at - (pa[k] + pb[k]) / 2));
+  }, facts.gaps.at(-1).t);
+  check(far < 1e-9, `close up goes ${far} beside the gap of a time that was not drawn`);
 }
 
 try {

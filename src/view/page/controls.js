@@ -98,7 +98,7 @@ function nextWorst(player) {
   player.worst = ((player.worst ?? -1) + 1) % found.length;
   const {t, impact} = found[player.worst];
   if (impact) player.goToImpact(impact.number);
-  else player.seek(t);
+  else player.goTo(t);
 }
 
 function changeSpeed(player, direction) {

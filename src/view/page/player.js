@@ -39,7 +39,7 @@ export class Player {
     this.timeline = new Timeline(byId('timeline'), run, (t) => this.seek(t));
     this.curves = new Curves(byId('tab-curves'), run, (t) => this.seek(t), () => this.redraw());
     this.panel = new Panel(run, {
-      seek: (t) => this.seek(t),
+      seek: (t) => this.goTo(t),
       chooseBody: (body) => this.choose({body}),
       chooseImpact: (k) => this.goToImpact(k),
       setHidden: (numbers) => {
@@ -161,6 +161,12 @@ export class Player {
       while (k >= 0 && rows[k].t === this.t) --k;
     }
     if (k >= 0 && k < rows.length) this.goToImpact(k);
+  }
+
+  // What is told of an impact does not stay with a time that is not its own.
+  goTo(t) {
+    this.choose({body: this.chosen.body});
+    this.seek(t);
   }
 
   goToImpact(k) {
@@ -325,9 +331,22 @@ export class Player {
 
   // To the witness points of the nearest pair, until its gap is seen.
   closeUp() {
+    this.draw();  // the pair is that of the time asked for, which may not have been drawn yet
     const {shown} = this.overlays;
-    if (Number.isFinite(shown?.pa?.[0])) this.stage.closeUp(shown.pa, shown.pb, shown.upper);
+    if (Number.isFinite(shown?.pa?.[0])) {
+      this.stage.closeUp(shown.pa, shown.pb, shown.upper);
+    } else if (Number.isFinite(shown?.pivot?.[0])) {
+      this.stage.closeUp(...this.#endsAround(shown), shown.upper);
+    }
     this.notify();
+  }
+
+  // Where the recording has no witness points of the pair but its pivot only, the gap is looked for
+  // along the line between the bodies' centres, where it is between balls.
+  #endsAround({a, b, pivot, upper}) {
+    const [from, to] = [a, b].map((number) => new Vector3(...this.run.centerOf(this.run.bodies[number], this.t)));
+    const half = to.sub(from).setLength(upper / 2);
+    return [-1, 1].map((side) => new Vector3(...pivot).addScaledVector(half, side).toArray());
   }
 
   paint(run, {colors, theme}) {
