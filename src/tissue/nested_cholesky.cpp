@@ -146,6 +146,7 @@ void NestedCholesky::factorise(const BlockRows& matrix) {
     DYOP_REQUIRE(factor.info() == Eigen::Success,
                  "NestedCholesky: the matrix is not positive definite");
     front.below = sum.bottomLeftCorner(rest, own);
+    if (rest == 0) continue;  // Eigen's solver would bind a reference to nothing
     front.lower.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(
         front.below);
     updates[k] = sum.bottomRightCorner(rest, rest);
