@@ -190,7 +190,7 @@ export class Panel {
         kProofWords[shown.proof] && ['Proven by', kProofWords[shown.proof]],
         Number.isFinite(shown.pivot?.[0]) && ['Pivot', vector(shown.pivot)],
       ]) : element('p', {class: 'dim'}, t < this.run.frames.rows[0]?.end
-        ? 'Not known before the first step has ended.' : 'No pair is near.'),
+        ? 'Not known before the first step has ended.' : 'No gap was measured in this step.'),
       ...this.#proofs(t),
     ];
   }
