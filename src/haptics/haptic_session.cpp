@@ -421,6 +421,16 @@ Eigen::VectorXd tool_displacement(std::size_t hinges, const ToolPose& from, cons
   return x;
 }
 
+ToolPose displaced(const ToolPose& from, const Eigen::VectorXd& displacement) {
+  const Eigen::Index hinges = displacement.size() - 6;
+  DYOP_REQUIRE(hinges >= 0 && hinges <= Eigen::Index(kMostHinges),
+               "displaced: a displacement has 6 to ", 6 + kMostHinges, " numbers, not ",
+               displacement.size());
+  ToolStep step{displacement.head<3>(), displacement.segment<3>(3), {}};
+  for (Eigen::Index k = 0; k < hinges; ++k) step.angles[std::size_t(k)] = displacement[6 + k];
+  return haptics_internal::ToolMotion(from, step, 1, {}).at(1);
+}
+
 Eigen::VectorXd coupling_compliance(const CouplingOptions& coupling,
                                     std::span<const ToolHinge> hinges) {
   Eigen::VectorXd compliance(6 + Eigen::Index(hinges.size()));

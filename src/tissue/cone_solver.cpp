@@ -77,9 +77,9 @@ class ConeRun {
     return count_ > 0 ? residual_.cwiseAbs().maxCoeff() : 0;
   }
 
-  // Contacts whose y_n is not positive lose their force; of the others the residual's derivative. A
-  // step in single precision takes half the time and at most a round more; in units of the mean
-  // compliance and of the largest residual nothing leaves its range.
+  // Contacts whose y_n is not positive lose their force; of the others the residual's derivative. In
+  // single precision, which takes half the time: what a step lacks the next round corrects. In units
+  // of the mean compliance and of the largest residual no number leaves its range.
   Eigen::VectorXd newton_step() {
     step_ = Eigen::VectorXd::Zero(forces_.size());
     active_.clear();

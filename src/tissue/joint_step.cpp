@@ -52,22 +52,13 @@ Matrix3 axes_of(const Vector3& normal) {
   return axes;
 }
 
-// In the tool's coordinates.
-ToolPose moved(const ToolPose& tool, const Eigen::VectorXd& way) {
-  ToolPose there = tool;
-  const Vector3 turn = way.segment<3>(3);
-  const Scalar angle = turn.norm();
-  const Quaternion q(
-      Eigen::AngleAxisd(angle, angle > 0 ? Vector3(turn / angle) : Vector3::UnitX()));
-  there.X_WT = RigidPose(q * tool.X_WT.quaternion(), tool.X_WT.translation() + way.head<3>());
-  for (Eigen::Index k = 6; k < way.size(); ++k) there.angles[std::size_t(k - 6)] += way[k];
-  return there;
-}
-
 class JointRun {
  public:
   JointRun(TissueBody& body, const JointTool& tool, std::vector<ToolContactPoint>& contacts)
-      : body_(body), tool_(tool), contacts_(contacts) {
+      : body_(body),
+        tool_(tool),
+        contacts_(contacts),
+        whole_(tool_displacement(tool.hinges.size(), tool.tool, tool.device)) {
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       if (contacts[k].surface) add(k);
     }
@@ -77,13 +68,13 @@ class JointRun {
     const NodeVectors start = body_.begin_step() + others;
     NodeVectors v = body_.velocities();
     NodeVectors impulses = body_.last_impulses();  // as a guess
-    report_.tool = tool_.device;
     if (numbers_.empty() && impulses.isZero(0)) {
       report_.iterations = body_.solve(start, v, body_.options().most_iterations);
     } else {
       report_.iterations = body_.solve(start + impulses, v, kFirstIterations);
       answer(start, v, impulses);
     }
+    report_.tool = displaced(tool_.tool, whole_ + springs_way());
     body_.finish_step(std::move(v), impulses + others);
     return report_;
   }
@@ -204,14 +195,13 @@ class JointRun {
   // Where the springs would take the tool's points without contacts.
   void find_way_of_tool() {
     const std::size_t hinges = tool_.hinges.size();
-    const Eigen::VectorXd whole = tool_displacement(hinges, tool_.tool, tool_.device);
     const Eigen::VectorXd before =
         tool_displacement(hinges, tool_.tool, tool_.start.value_or(tool_.tool));
     for (std::size_t i = 0; i < points_.size(); ++i) {
       JointPoint& point = points_[i];
       const Eigen::MatrixXd jacobian = tool_jacobian(tool_.hinges, tool_.tool, tool_points_[i]);
       const Vector3 tissue = body_.place(point.on_tissue) - contacts_[numbers_[i]].p_WO;
-      point.free = point.axes.transpose() * (jacobian * whole);
+      point.free = point.axes.transpose() * (jacobian * whole_);
       point.already = point.axes.transpose() * (jacobian * before - tissue);
     }
   }
@@ -264,9 +254,6 @@ class JointRun {
   }
 
   void tell() {
-    const Eigen::VectorXd whole =
-        tool_displacement(tool_.hinges.size(), tool_.tool, tool_.device) + springs_way();
-    report_.tool = moved(tool_.tool, whole);
     for (const std::size_t number : numbers_) {
       contacts_[number].force_W.setZero();
       contacts_[number].state = ContactState::Open;
@@ -283,6 +270,7 @@ class JointRun {
   TissueBody& body_;
   const JointTool& tool_;
   std::vector<ToolContactPoint>& contacts_;
+  const Eigen::VectorXd whole_;       // of the tool if it followed the device
   std::vector<std::size_t> numbers_;  // of the points' contacts
   std::vector<JointPoint> points_;
   std::vector<ToolPoint> tool_points_;

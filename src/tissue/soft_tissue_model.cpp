@@ -45,7 +45,9 @@ SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obst
 
 ContactSearch SoftTissueModel::search() const {
   const Scalar edge = tissue_.options().cube_edge;
-  return {kReach * edge + std::min(way_, kMostWay * edge), kRise, kSpread * edge};
+  const Scalar way =  // of the tool in the last step
+      (tool_.device.X_WT.translation() - tool_.tool.X_WT.translation()).norm();
+  return {kReach * edge + std::min(way, kMostWay * edge), kRise, kSpread * edge};
 }
 
 // If it goes on as since the last news, where it is when the step ends.
@@ -73,17 +75,8 @@ ToolPose SoftTissueModel::expected_device(const TissueNews& news) {
 std::optional<ToolPose> SoftTissueModel::expected_start(const TissueNews& news) const {
   if (expected_.size() < 2) return std::nullopt;
   const Scalar left = 1 - news.progress.fraction;
-  const ToolPose &from = expected_[0], &to = expected_[1];
-  Eigen::AngleAxisd turn(to.X_WT.quaternion() * from.X_WT.quaternion().conjugate());
-  turn.angle() *= left;
-  ToolPose start = news.tick.tool;
-  const Vector3 way = left * (to.X_WT.translation() - from.X_WT.translation());
-  start.X_WT =
-      RigidPose(Quaternion(turn) * start.X_WT.quaternion(), start.X_WT.translation() + way);
-  for (std::size_t k = 0; k < start.angles.size(); ++k) {
-    start.angles[k] += left * (to.angles[k] - from.angles[k]);
-  }
-  return start;
+  return displaced(news.tick.tool,
+                   left * tool_displacement(tool_.hinges.size(), expected_[0], expected_[1]));
 }
 
 // Sets what the ticks felt against what was expected of them.
@@ -123,7 +116,6 @@ void SoftTissueModel::step(const TissueNews& news, std::span<Vector3> vertices) 
   contacts_ = news.contacts;
   const JointReport report = step_jointly(tissue_, tool_, contacts_, repay());
   springs_share_ = report.springs_share;
-  way_ = (tool_.device.X_WT.translation() - tool_.tool.X_WT.translation()).norm();
   if (expected_.size() == 2) expected_.erase(expected_.begin());
   expected_.push_back(report.tool);
   remember_loads();

@@ -90,7 +90,7 @@ TissueBody::TissueBody(const TriangleMesh& surface_W, const SoftTissueOptions& o
 }
 
 // Whether single precision suffices for a preconditioner. The largest eigenvalue is about that of
-// the stiffest node; the smallest comes from inverse iteration, which needs no exact one.
+// the stiffest node; inverse iteration gives the smallest, somewhat too large.
 bool TissueBody::is_tame(const BlockRows& rows) const {
   Scalar stiffest = 0;
   for (std::size_t n = 0; n < rows.size(); ++n) {
@@ -182,7 +182,7 @@ void TissueBody::find_rotations() {
 void TissueBody::find_node_rotations() {
   std::vector<Eigen::Vector4d> of_cubes, of_nodes(node_rotations_.size());
   for (const Quaternion& turn : turns_) of_cubes.push_back(turn.coeffs());
-  for (int pass = 0; pass <= kSmoothings; ++pass) {
+  for (int pass = 0;; ++pass) {
     of_nodes.assign(of_nodes.size(), Eigen::Vector4d::Zero());
     for (std::size_t k = 0; k < of_cubes.size(); ++k) {
       for (const std::int32_t node : lattice_.cubes()[k]) {
@@ -190,6 +190,7 @@ void TissueBody::find_node_rotations() {
       }
     }
     for (Eigen::Vector4d& turn : of_nodes) turn.normalize();
+    if (pass == kSmoothings) break;
     for (std::size_t k = 0; k < of_cubes.size(); ++k) {
       of_cubes[k].setZero();
       for (const std::int32_t node : lattice_.cubes()[k]) {

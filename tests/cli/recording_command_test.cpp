@@ -43,7 +43,6 @@ class RecordingCommands : public ::testing::Test {
 };
 
 TEST_F(RecordingCommands, NeverWriteOverTheirInput) {
-  if (!has_page()) GTEST_SKIP() << "runs where the page is built: bash .ci/install.sh page";
   ASSERT_EQ(simulate().exit_code, 0);
   const std::string scene = path("scene.json");
   std::filesystem::create_symlink("run.h5", path("link.h5"));
@@ -56,8 +55,10 @@ TEST_F(RecordingCommands, NeverWriteOverTheirInput) {
   };
   std::filesystem::copy_file(scene, path("scene.h5"));  // a scene may have any name
   unchanged("scene.h5", {"simulate", path("scene.h5"), "-o", path("scene.h5")});
-  unchanged("run.h5", {"view", path("run.h5"), "-o", path("run.h5")});
-  unchanged("run.h5", {"view", path("run.h5"), "-o", path("link.h5")});
+  if (has_page()) {  // without it the command ends before it looks at its files
+    unchanged("run.h5", {"view", path("run.h5"), "-o", path("run.h5")});
+    unchanged("run.h5", {"view", path("run.h5"), "-o", path("link.h5")});
+  }
   unchanged("run.h5", {"export", path("run.h5"), "-o", path("link.h5")});
   directory_.write("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   unchanged("a.off", {"toi", path("a.off"), "sphere:1", "--record", path("a.off")});

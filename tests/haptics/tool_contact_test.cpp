@@ -291,6 +291,10 @@ TEST(ToolContact, CompliancesBalanceTheForcesOnTheTool) {
                                    tool.X_WT.translation() + x.head<3>()),
                          {tool.angles[0] + x[6]}};
     EXPECT_LE((tool_displacement(1, tool, moved) - x).norm(), 1e-12);
+    const ToolPose there = displaced(tool, x);
+    EXPECT_LE((there.X_WT.translation() - moved.X_WT.translation()).norm(), 1e-12);
+    EXPECT_LE((there.X_WT.rotation() - moved.X_WT.rotation()).norm(), 1e-12);
+    EXPECT_EQ(there.angles[0], moved.angles[0]);
     const ToolWrench wrench = VirtualCoupling(coupling).update(tool.X_WT, moved.X_WT, 0);
     const Vector3 force_W = forces.head<3>() + forces.tail<3>();
     const Vector3 p_WT = tool.X_WT.translation();

@@ -62,6 +62,15 @@ struct Stroke {
   }
 };
 
+// Of the tool along x, relative to the middle of the sheet's top between the jaws.
+Scalar slip_of(const ToolPose& tool, const MeshArrays& arrays, const SoftTissue& sheet) {
+  const Vector3 middle(24, 0, 1.5);
+  const auto found = std::find_if(arrays.vertices.begin(), arrays.vertices.end(),
+                                  [&](const Vector3& p) { return p.isApprox(middle); });
+  const Vector3& now = sheet.vertices()[std::size_t(found - arrays.vertices.begin())];
+  return (tool.X_WT.translation() - kToolStart).x() - (now - middle).x();
+}
+
 // --- joint steps alone, with contacts at all vertices under the jaws ----------------------------
 
 class GraspedSheet {
@@ -93,15 +102,7 @@ class GraspedSheet {
     for (const ToolContactPoint& contact : contacts) force_ += contact.force_W;
   }
 
-  // Of the tool on the sheet's top, along x.
-  Scalar slip() const {
-    for (std::size_t k = 0; k < arrays_.vertices.size(); ++k) {
-      const Vector3& p = arrays_.vertices[k];
-      if (!p.isApprox(Vector3(24, 0, 1.5))) continue;
-      return tool_.tool.X_WT.translation().x() - kToolStart.x() - (tissue_.vertices()[k].x() - 24);
-    }
-    return kInfinity;
-  }
+  Scalar slip() const { return slip_of(tool_.tool, arrays_, tissue_); }
   const ToolPose& tool() const { return tool_.tool; }
   const Vector3& force() const { return force_; }
 
@@ -208,10 +209,6 @@ Grasped grasp(Scalar friction, const Stroke& stroke) {
   runner.is_paced = false;
   runner.ticks = 2600;
   Grasped result;
-  const auto seen =
-      std::size_t(std::find_if(arrays.vertices.begin(), arrays.vertices.end(),
-                               [](const Vector3& p) { return p.isApprox(Vector3(24, 0, 1.5)); }) -
-                  arrays.vertices.begin());
   run_session(
       session,
       [&](std::int64_t k) {
@@ -224,8 +221,7 @@ Grasped grasp(Scalar friction, const Stroke& stroke) {
       [&](const TickRecord& record) {
         const HapticTick& tick = record.tick;
         result.unproven += tick.status == HapticStatus::Overlapping;
-        result.slip = tick.tool.X_WT.translation().x() - kToolStart.x() -
-                      (model->tissue().vertices()[seen].x() - 24);
+        result.slip = slip_of(tick.tool, arrays, model->tissue());
         if (record.number == 2000) result.slip_pulled = result.slip;
         result.force = tick.wrench.force_W.norm();
       },

@@ -29,6 +29,9 @@ Eigen::MatrixXd tool_jacobian(std::span<const ToolHinge> hinges, const ToolPose&
 /// changes of the hinges' angles, 6 + hinges numbers.
 /// @throws InvalidArgument if there are more than kMostHinges.
 Eigen::VectorXd tool_displacement(std::size_t hinges, const ToolPose& from, const ToolPose& to);
+/// The inverse: where such a displacement takes the tool.
+/// @throws InvalidArgument unless it has 6 to 6 + kMostHinges numbers.
+ToolPose displaced(const ToolPose& from, const Eigen::VectorXd& displacement);
 
 /// The compliance of the springs between device and tool along these coordinates: the diagonal of
 /// K^-1, 6 + hinges numbers.

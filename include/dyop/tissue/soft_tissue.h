@@ -202,7 +202,6 @@ class SoftTissueModel final : public TissueModel {
   JointTool tool_;
   std::optional<Sight> last_;
   std::vector<ToolPose> expected_;  // the tool at the ends of the last two steps, the newer last
-  Scalar way_ = 0;                  // expected of the tool in the last step
   std::vector<ToolContactPoint> contacts_;
   std::vector<Load> loads_;                 // of the last step that had any
   Vector3 step_impulse_ = Vector3::Zero();  // expected of the newest step

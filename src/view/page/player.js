@@ -331,6 +331,8 @@ export class Player {
 
   // To the witness points of the nearest pair, until its gap is seen.
   closeUp() {
+    const reading = this.run.lookAt(this.t);
+    if (reading) return void reading.then(() => this.closeUp());
     this.draw();  // the pair is that of the time asked for, which may not have been drawn yet
     const {shown} = this.overlays;
     if (Number.isFinite(shown?.pa?.[0])) {
