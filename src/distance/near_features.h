@@ -29,8 +29,8 @@ class DYOP_EXPORT NearFeatures {
   NearFeatures(const TriangleMesh& surface, const RigidPose& X_AS);
 
   static bool serves(const TriangleMesh* surface) {
-    return surface && surface->is_closed() && surface->triangles().size() <= kMostTriangles &&
-           surface->vertices().size() <= kMostVertices;
+    return surface && surface->triangles().size() <= kMostTriangles &&
+           surface->vertices().size() <= kMostVertices && surface->is_closed();
   }
 
   /// The heights of all vertices along a unit direction; returns the largest.

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -146,14 +147,40 @@ Matrix3 corner_products(const Triangle& p) {
 
 }  // namespace
 
+namespace geometry_internal {
+
+// What follows from the vertex numbers alone, found on first use: distances and times of impact of
+// surfaces need none of it. Shared by meshes that differ only in where their vertices are.
+class MeshConnections {
+ public:
+  const MeshTopology& topology(std::size_t vertex_count,
+                               std::span<const TriangleIndices> triangles) {
+    std::call_once(has_topology_, [&] { topology_.emplace(vertex_count, triangles); });
+    return *topology_;
+  }
+  std::span<const std::int32_t> part_vertices(std::size_t vertex_count,
+                                              std::span<const TriangleIndices> triangles) {
+    std::call_once(has_parts_, [&] {
+      part_vertices_ = geometry_internal::part_vertices(vertex_count, triangles);
+    });
+    return part_vertices_;
+  }
+
+ private:
+  std::once_flag has_topology_;
+  std::once_flag has_parts_;
+  std::optional<const MeshTopology> topology_;
+  std::vector<std::int32_t> part_vertices_;
+};
+
+}  // namespace geometry_internal
+
 struct TriangleMesh::Data {
   std::vector<Vector3> vertices;
   std::vector<TriangleIndices> triangles;
   MeshHierarchy hierarchy;
   AlignedBox bounds;
   Scalar radius;
-  std::shared_ptr<const MeshTopology> topology;
-  std::vector<std::int32_t> part_vertices;
 
   Data(std::vector<Vector3> vertices_in, std::vector<TriangleIndices> triangles_in)
       : vertices(std::move(vertices_in)),
@@ -161,8 +188,7 @@ struct TriangleMesh::Data {
         hierarchy(vertices, triangles),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        topology(std::make_shared<const MeshTopology>(vertices.size(), triangles)),
-        part_vertices(geometry_internal::part_vertices(vertices.size(), triangles)) {}
+        connections_(std::make_shared<geometry_internal::MeshConnections>()) {}
 
   // The mesh `base` with different vertices.
   Data(const Data& base, std::vector<Vector3> vertices_in)
@@ -171,19 +197,25 @@ struct TriangleMesh::Data {
         hierarchy(base.hierarchy.refitted(vertices, triangles)),
         bounds(find_bounds(vertices, triangles)),
         radius(largest_norm(vertices, triangles, bounds)),
-        topology(base.topology),
-        part_vertices(base.part_vertices) {}
+        connections_(base.connections_) {}
 
+  const MeshTopology& topology() const {
+    return connections_->topology(vertices.size(), triangles);
+  }
+  std::span<const std::int32_t> part_vertices() const {
+    return connections_->part_vertices(vertices.size(), triangles);
+  }
   // Computed on first use: only contacts need them.
   const ContactFeatures& contact_features() const {
     std::call_once(has_features_, [this] {
       features_ =
-          std::make_unique<const ContactFeatures>(vertices, triangles, *topology, hierarchy);
+          std::make_unique<const ContactFeatures>(vertices, triangles, topology(), hierarchy);
     });
     return *features_;
   }
 
  private:
+  std::shared_ptr<geometry_internal::MeshConnections> connections_;
   mutable std::once_flag has_features_;
   mutable std::unique_ptr<const ContactFeatures> features_;
 };
@@ -258,7 +290,7 @@ const MeshHierarchy& TriangleMesh::hierarchy() const {
 }
 
 const MeshTopology& TriangleMesh::topology() const {
-  return *data().topology;
+  return data().topology();
 }
 
 const ContactFeatures& TriangleMesh::contact_features() const {
@@ -266,11 +298,11 @@ const ContactFeatures& TriangleMesh::contact_features() const {
 }
 
 bool TriangleMesh::is_closed() const {
-  return data().topology->is_closed();
+  return data().topology().is_closed();
 }
 
 std::span<const std::int32_t> TriangleMesh::part_vertices() const {
-  return data().part_vertices;
+  return data().part_vertices();
 }
 
 AlignedBox TriangleMesh::bounding_box() const {

@@ -56,6 +56,7 @@ ToolBody make_body(const std::vector<CompoundChild>& children, std::optional<std
     body.shape = std::make_shared<CompoundShape>(children);
   }
   if (with_pieces) add_pieces(*body.shape, RigidPose(), body.pieces);
+  for (const CorePiece& piece : body.pieces) piece.mesh.topology();  // now, not within a tick
   body.box = body.shape->bounding_box();
   body.reach = body.shape->bounding_radius();
   const Vector3 sizes = body.box.sizes();

@@ -124,6 +124,7 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
     const std::int32_t made = add_node(columns);
     nodes_[std::size_t(opening.node)].child[opening.column] = made;
   }
+  nodes_.shrink_to_fit();
   fit_boxes(vertices, triangles);
 }
 

@@ -59,10 +59,10 @@ class TriangleMesh final : public Shape {
   Triangle triangle(std::int32_t index) const;
   const MeshHierarchy& hierarchy() const;
 
-  /// How triangles are connected; shared with copies and with_vertices().
+  /// How triangles are connected. Computed on first use, by one thread while others wait; shared
+  /// with copies and with_vertices().
   const MeshTopology& topology() const;
-  /// Where other bodies can touch the mesh. Computed on first use, by one thread while others wait;
-  /// shared with copies.
+  /// Where other bodies can touch the mesh. Computed on first use, likewise; shared with copies.
   const ContactFeatures& contact_features() const;
 
   /// Whether every edge is used exactly twice, once in each direction (nothing is merged: vertices
