@@ -256,7 +256,9 @@ int run(int count, std::uint64_t seed) {
     std::ostringstream words;
     const int code = dyop_check::check_file(file.string(), 1, words, words);
     if (++codes[code] <= 5 && code != 0) {
-      const std::string kept = std::to_string(seed + std::uint64_t(k)) + ".interference.h5";
+      const std::filesystem::path kept =
+          std::filesystem::temp_directory_path() /
+          (std::to_string(seed + std::uint64_t(k)) + ".interference.h5");
       std::filesystem::copy_file(file, kept, std::filesystem::copy_options::overwrite_existing);
       std::printf("seed %llu, kept as %s, after %s\n%s\n",
                   static_cast<unsigned long long>(seed + std::uint64_t(k)), kept.c_str(),

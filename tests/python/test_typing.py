@@ -15,7 +15,7 @@ pytest.importorskip("mypy")
 ROOT = Path(__file__).parents[2]
 CONFIG = """[mypy]
 strict = True
-[mypy-matplotlib.*,distributed.*]
+[mypy-matplotlib.*,distributed.*,torch.*]
 ignore_missing_imports = True
 follow_imports = skip
 """
