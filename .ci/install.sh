@@ -13,7 +13,7 @@ packages() {
     python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;
     test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev libopenigtlink-dev liboctomap-dev clang libclang-rt-dev clang-format-14 \
-                abigail-tools \
+                abigail-tools luajit \
                 python3-pytest python3-h5py python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel python3-torch \
                 mypy python3-mypy python3-build python3-pip python3-venv patchelf ;;
     page)  echo chromium ffmpeg $(command -v npm >/dev/null || echo nodejs npm) ;;
