@@ -34,6 +34,18 @@ function strongest(contacts, most) {
   return contacts.map((contact) => [size(contact), contact]).sort(([a], [b]) => b - a).slice(0, most).map(([, contact]) => contact);
 }
 
+// The nearest points of two balls, from their centres: the recording has none where a bound was enough.
+function betweenBalls(run, {a, b}, t) {
+  const [from, to] = [a, b].map((number) => {
+    const {name, values} = run.shapes[run.bodies[number].shape].form ?? {};
+    return {p: run.state(run.bodies[number], t).p, radius: name === 'sphere' ? values[0] : NaN};
+  });
+  const way = to.p.map((x, k) => x - from.p[k]);
+  const length = Math.hypot(...way);
+  return {pa: from.p.map((x, k) => x + (from.radius / length) * way[k]),
+          pb: to.p.map((x, k) => x - (to.radius / length) * way[k])};
+}
+
 export class Overlays {
   constructor(stage) {
     this.stage = stage;
@@ -156,7 +168,7 @@ export class Overlays {
       this.shown = {pa: impact.pa, pb: impact.pb, a: impact.a, b: impact.b, lower: impact.lower,
                     upper: impact.upper, pivot: impact.pa.map((x, k) => (x + impact.pb[k]) / 2)};
     } else if (gap) {
-      this.shown = gap;
+      this.shown = Number.isFinite(gap.pa[0]) ? gap : {...gap, ...betweenBalls(this.run, gap, t)};
     } else {
       return;
     }
