@@ -524,6 +524,35 @@ async function checkTools(page) {
 }
 
 // The accessibility tree, by axe, in light and dark, and on a phone; runs where axe-core is installed.
+// What a stranger wants to know first: the nearest pair at a time, why the run ended.
+async function checkQuestions(page) {
+  const goTo = async (words) => {
+    await page.keyboard.press('a');
+    await page.keyboard.type(words);
+    await page.keyboard.press('Enter');
+    await settled(page);
+    return page.evaluate(() => ({t: window.dyop.player.t, isTyped: !document.getElementById('at').hidden,
+                                 data: document.getElementById('tab-data').innerText}));
+  };
+  const wanted = 0.37 * facts.end;
+  const said = await goTo(`${wanted}`.replace('.', ','));
+  check(Math.abs(said.t - wanted) <= 1e-9 * facts.end && !said.isTyped, `typed ${wanted}, shown ${said.t}`);
+  const names = await page.evaluate((t) => {
+    const {run} = window.dyop;
+    const gaps = run.gapsAt(t).filter(({upper}) => Number.isFinite(upper)).sort((x, y) => x.upper - y.upper);
+    return gaps.length > 0 ? [gaps[0].a, gaps[0].b].map((number) => run.bodies[number].name) : undefined;
+  }, said.t);
+  check(names ? said.data.includes(names.join(' – ')) : said.data.includes('No gap was measured'),
+        `the nearest pair, ${names}, is not in the data: ${said.data}`);
+  const unread = await goTo('soon');
+  check(unread.isTyped && unread.t === said.t, 'what is no time is left to be mended');
+  await page.keyboard.press('Escape');
+  const end = await goTo('1e9');
+  check(end.t === (await page.evaluate(() => window.dyop.run.end)), `beyond the end is the end, not ${end.t}`);
+  const ending = await page.evaluate(() => window.dyop.run.ending);
+  check(ending && end.data.includes(ending), `why the run ended (${ending}) is not in the data: ${end.data}`);
+}
+
 async function checkAccess() {
   let axe;
   try {
@@ -590,6 +619,7 @@ try {
   await checkBodies(page);
   await checkProofs(page);
   await checkTools(page);
+  await checkQuestions(page);
   await checkAccess();
 
   const impact = facts.impacts[0]?.t ?? 0.5 * facts.end;

@@ -69,13 +69,16 @@ PageCase run_page_case(const Scene& scene, Scalar end_time) {
   result.blocks.push_back(encoder.head());
   RunFollower follower(scene.options.gravity_W);
   const auto count = std::llround(std::min(end_time, scene.end_time) / scene.step);
+  AdvanceStatus status = AdvanceStatus::NotRun;
   for (long long k = 1; k <= count; ++k) {
     const AdvanceReport report = world.advance(Scalar(k) * scene.step - world.time());
     result.steps.insert(result.steps.end(), report.steps.begin(), report.steps.end());
     result.impacts.insert(result.impacts.end(), report.impacts.begin(), report.impacts.end());
     result.blocks.push_back(encoder.span(follower.follow(report, world)));
-    if (report.status != AdvanceStatus::Completed) break;
+    status = report.status;
+    if (status != AdvanceStatus::Completed) break;
   }
+  result.blocks.push_back(encoder.span(RunFollower::ended(world, status, scene.end_time)));
   return result;
 }
 

@@ -31,6 +31,7 @@ function actionsOf(player) {
       player.seek(player.run.end);
       player.follows = player.isLive;
     }},
+    toTime: {keys: ['a'], words: 'To a time that is typed', act: () => typeTime(player)},
     slower: {keys: ['-'], words: 'Slower', act: () => changeSpeed(player, -1)},
     faster: {keys: ['+', '='], words: 'Faster', act: () => changeSpeed(player, 1)},
     slow: {keys: ['s'], words: 'Slow motion around impacts', act: () => {
@@ -88,6 +89,30 @@ function actionsOf(player) {
     theme: {keys: ['d'], words: 'Dark or light', act: () => player.setTheme(stage.theme === 'dark' ? 'light' : 'dark')},
     link: {keys: ['y'], words: 'Put time, camera and what is shown into the address, to be copied', act: () => writeLink(player)},
     help: {keys: ['?', 'h'], words: 'This list', act: () => document.getElementById('help').showModal()},
+  };
+}
+
+// The clock becomes a field for a time; Enter goes there, Escape leaves it.
+function typeTime(player) {
+  const [clock, field] = ['time', 'at'].map((id) => document.getElementById(id));
+  const close = () => {
+    field.hidden = true;
+    clock.hidden = false;
+  };
+  field.value = Number(player.t.toPrecision(9));
+  field.setAttribute('aria-invalid', 'false');
+  field.hidden = false;
+  clock.hidden = true;
+  field.select();
+  field.focus();
+  field.onblur = close;
+  field.onkeydown = ({key}) => {
+    if (key !== 'Enter' && key !== 'Escape') return;
+    const text = field.value.trim().replace(',', '.');
+    const t = text === '' ? NaN : Number(text);
+    if (key === 'Enter' && Number.isNaN(t)) return void field.setAttribute('aria-invalid', 'true');
+    if (key === 'Enter') player.goTo(t);
+    player.stage.canvas.focus();  // closes the field
   };
 }
 
@@ -280,6 +305,7 @@ export function addControls(player) {
   addViewTab(player, actions);
   addHelp(actions);
   document.getElementById('fold').addEventListener('click', actions.panel.act);
+  document.getElementById('time').addEventListener('click', actions.toTime.act);
   const byKey = new Map(Object.values(actions).flatMap(({keys, act}) => keys.map((key) => [key, act])));
   window.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || document.getElementById('help').open) return;
