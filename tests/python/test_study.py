@@ -264,6 +264,27 @@ def test_functions_of_the_main_program_run_isolated(tmp_path):
     assert found.stdout == "[0, 2, 4]\n", found.stderr
 
 
+@pytest.mark.parametrize("seconds", [0.2, 5])  # it answers; it is still at work
+def test_a_process_whose_parent_was_killed_ends_in_silence(tmp_path, seconds):
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import time\n"
+        "from dyop import study\n"
+        "def slow(case):\n"
+        "    print('at work', flush=True)\n"
+        f"    time.sleep({seconds})\n"
+        "if __name__ == '__main__':\n"
+        "    study.map(slow, range(3), seconds=60)\n"
+    )
+    run = subprocess.Popen([sys.executable, program], text=True,
+                           stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert run.stdout.readline() == "at work\n"
+    run.kill()
+    said = run.stderr.read()  # until the process of the cases has ended as well
+    run.wait()
+    assert said == ""
+
+
 def test_workers_keep_what_is_shared_between_calls(cluster, mesh):
     cluster.add_worker()
     options = dict(client=cluster.client, shared={"mesh": mesh})

@@ -162,7 +162,13 @@ def _answer(result):
 
 def serve(descriptor):
     """What the process does: answers cases until the pipe is closed."""
-    source = multiprocessing.connection.Connection(descriptor)
+    try:
+        _serve(multiprocessing.connection.Connection(descriptor))
+    except (EOFError, ConnectionError):
+        pass  # the parent is gone, or has had enough: nobody waits for an answer
+
+
+def _serve(source):
     parent, megabytes = pickle.loads(source.recv_bytes())
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to judge
@@ -178,10 +184,7 @@ def serve(descriptor):
         source.send_bytes(pickle.dumps(CaseLost(f"could not start: {type(error).__name__}: {error}")))
         return
     while True:
-        try:
-            case, seconds = pickle.loads(source.recv_bytes())
-        except EOFError:
-            return
+        case, seconds = pickle.loads(source.recv_bytes())
         if seconds is not None:  # if nobody is left to end this process
             signal.setitimer(signal.ITIMER_REAL, 2 * seconds + _GRACE_SECONDS)
         try:
