@@ -18,6 +18,8 @@ namespace {
 
 using hierarchy_internal::SplitNode;
 
+static_assert(sizeof(MeshHierarchy::Node) == 512);
+
 // Minimum number of nodes whose boxes one thread fits at a time.
 constexpr std::size_t kGrain = 64;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 #include <random>
+#include <thread>
 
 #include "dyop/geometry/triangle_mesh.h"
 #include "support/inputs/mesh_generators.h"
@@ -103,6 +104,30 @@ TEST(MeshTopology, IsSharedByAMeshAndItsCopiesWithOtherVertices) {
   EXPECT_EQ(&flat.topology(), &mesh.topology());
   // What depends on the shape does not.
   EXPECT_NE(&flat.contact_features(), &mesh.contact_features());
+}
+
+// It is found on first use, and meshes that differ only in where their vertices are share it.
+TEST(MeshTopology, IsFoundOnceByThreadsThatAskAtOnce) {
+  const TriangleMesh mesh = testing::icosphere(3).mesh();
+  const TriangleMesh moved =
+      mesh.with_vertices(std::vector<Vector3>(mesh.vertices().begin(), mesh.vertices().end()));
+  std::array<const MeshTopology*, 4> found{};
+  std::array<std::span<const std::int32_t>, 4> parts;
+  std::vector<std::thread> threads;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    threads.emplace_back([&, k] {
+      const TriangleMesh& asked = k % 2 == 0 ? mesh : moved;
+      EXPECT_TRUE(asked.is_closed());
+      found[k] = &asked.topology();
+      parts[k] = asked.part_vertices();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    EXPECT_EQ(found[k], found[0]);
+    EXPECT_EQ(parts[k].data(), parts[0].data());
+    EXPECT_EQ(parts[k].size(), 1);
+  }
 }
 
 }  // namespace

@@ -67,11 +67,11 @@ class TriangleMesh final : public Shape {
 
   /// Whether every edge is used exactly twice, once in each direction (nothing is merged: vertices
   /// are the same only if their numbers are). Triangles that repeat a vertex number do not count;
-  /// false if there are no others.
+  /// false if there are no others. From topology().
   bool is_closed() const;
 
   /// One vertex number of each connected part, in the order of the triangles; triangles that share
-  /// a vertex number are connected.
+  /// a vertex number are connected. Computed on first use, likewise.
   std::span<const std::int32_t> part_vertices() const;
 
   ShapeKind kind() const override { return ShapeKind::TriangleMesh; }
