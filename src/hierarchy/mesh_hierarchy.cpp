@@ -101,21 +101,22 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
     std::int32_t binary;
   };
   std::vector<Opening> openings;
+  // Without their boxes, as how many there are is known only at the end.
+  std::vector<std::array<std::int32_t, kWidth>> children;
   const auto add_node = [&](const Columns& columns) {
-    const auto made = std::int32_t(nodes_.size());
-    Node& node = nodes_.emplace_back();
-    for (int column = kWidth - 1; column >= 0; --column) {
-      node.child[column] = kNothing;
-      if (column >= columns.count) continue;
+    const auto made = std::int32_t(children.size());
+    std::array<std::int32_t, kWidth>& child = children.emplace_back();
+    child.fill(kNothing);
+    for (int column = columns.count - 1; column >= 0; --column) {
       const std::int32_t index = columns.binary[std::size_t(column)];
       const SplitNode& part = binary[std::size_t(index)];
       // Replaced when it is expanded, unless it is a leaf.
-      node.child[column] = part.right;
+      child[std::size_t(column)] = part.right;
       if (!part.is_leaf()) openings.push_back({made, column, index});
     }
     return made;
   };
-  nodes_.reserve(triangles.size() / 4 + 2);
+  children.reserve(triangles.size() / 4 + 2);
   add_node({{0}, 1});
   // Each round makes one node with two or more boxes.
   while (!openings.empty()) {
@@ -124,9 +125,12 @@ MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
     Columns columns;
     distribute(binary, opening.binary, kWidth, columns);
     const std::int32_t made = add_node(columns);
-    nodes_[std::size_t(opening.node)].child[opening.column] = made;
+    children[std::size_t(opening.node)][std::size_t(opening.column)] = made;
   }
-  nodes_.shrink_to_fit();
+  nodes_.resize(children.size());
+  for (std::size_t k = 0; k < children.size(); ++k) {
+    std::copy(children[k].begin(), children[k].end(), nodes_[k].child);
+  }
   fit_boxes(vertices, triangles);
 }
 

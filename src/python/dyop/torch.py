@@ -119,15 +119,16 @@ def _numbered(index):
         raise _dyop.InvalidArgument(f"number {index}: {error}") from error
 
 
-def _by_matrix(X, gradient):
-    """The gradient by the entries of a pose X, from one by translation and turn about its origin.
+def _by_entries(X, gradients):
+    """Gradients by the entries of poses X, (N, 4, 4), from those by translation and turn about the
+    body's origin, (N, 6).
 
     A turn w changes R by [w] R, and the sum of the entries of [g] R times those of [w] R is
     2 g . w.
     """
-    result = np.zeros((4, 4))
-    result[:3, :3] = 0.5 * np.cross(gradient.rotation, X[:3, :3], axisb=0).T
-    result[:3, 3] = gradient.translation
+    result = np.zeros(X.shape)
+    result[:, :3, :3] = 0.5 * np.cross(gradients[:, 3:, None], X[:, :3, :3], axis=1)
+    result[:, :3, 3] = gradients[:, :3]
     return result
 
 
@@ -142,7 +143,7 @@ def _refuse_flagged(upstream, statuses):
 
 
 class _Queries(torch.autograd.Function):
-    """Queries one after the other: `ctx.rows` are their gradients by each of the tensors."""
+    """Queries one after the other: `ctx.grads` are their gradients by each of the tensors."""
 
     @staticmethod
     def finish(ctx, tensors, values, statuses, use_flagged):
@@ -163,53 +164,63 @@ class _Queries(torch.autograd.Function):
             _refuse_flagged(upstream, ctx.statuses)
         grads = [
             _weighted(rows, upstream, tensor) if is_needed else None
-            for rows, tensor, is_needed in zip(ctx.rows, ctx.tensors, ctx.needs_input_grad)
+            for rows, tensor, is_needed in zip(ctx.grads, ctx.tensors, ctx.needs_input_grad)
         ]
         return (*grads, *[None] * (len(ctx.needs_input_grad) - len(grads)))
 
 
 def _weighted(rows, weights, like):
-    total = np.zeros((len(weights), *like.shape[-rows[0].ndim :])) if rows else np.zeros(0)
-    for index in np.flatnonzero(weights):  # other rows may be infinite
-        total[index] = weights[index] * rows[index]
+    total = np.zeros(rows.shape)
+    needed = weights != 0  # other rows may be infinite
+    total[needed] = weights[needed].reshape(-1, *(1,) * (rows.ndim - 1)) * rows[needed]
     return torch.as_tensor(total, dtype=like.dtype, device=like.device).reshape(like.shape)
+
+
+def _six(gradient):
+    return (*gradient.translation, *gradient.rotation)
 
 
 class _Distance(_Queries):
     @staticmethod
     def forward(ctx, X_WA, X_WB, a, b, tolerance, use_flagged):
-        values, statuses, ctx.rows = [], [], ([], [])
-        for index, poses in enumerate(zip(_poses(X_WA), _poses(X_WB))):
+        values, statuses = [], []
+        poses = _poses(X_WA), _poses(X_WB)
+        gradients = np.zeros((2, len(poses[0]), 6))
+        for index, (A, B) in enumerate(zip(*poses)):
             with _numbered(index):
-                found = _dyop.distance_derivatives(a, poses[0], b, poses[1], tolerance=tolerance)
+                found = _dyop.distance_derivatives(a, A, b, B, tolerance=tolerance)
             values.append(found.distance.upper)
             statuses.append(found.status)
-            for rows, X, gradient in zip(ctx.rows, poses, (found.by_a, found.by_b)):
-                rows.append(_by_matrix(X, gradient))
+            gradients[:, index] = _six(found.by_a), _six(found.by_b)
+        ctx.grads = [_by_entries(X, rows) for X, rows in zip(poses, gradients)]
         return _Queries.finish(ctx, (X_WA, X_WB), values, statuses, use_flagged)
 
 
 class _TimeOfImpact(_Queries):
     @staticmethod
     def forward(ctx, X_WA, V_WA, X_WB, V_WB, a, b, duration, options, tolerance, use_flagged):
-        values, statuses, ctx.rows = [], [], ([], [], [], [])
-        inputs = zip(_poses(X_WA), _rows(V_WA, 6), _poses(X_WB), _rows(V_WB, 6))
+        values, statuses = [], []
+        poses = _poses(X_WA), _poses(X_WB)
+        by_start, by_twist = np.zeros((2, 2, len(poses[0]), 6))  # of A and B
+        inputs = zip(poses[0], _rows(V_WA, 6), poses[1], _rows(V_WB, 6))
         for index, (A, v_a, B, v_b) in enumerate(inputs):
             with _numbered(index):
-                motion_a = _dyop.ConstantTwistMotion(A, (v_a[:3], v_a[3:]))
-                motion_b = _dyop.ConstantTwistMotion(B, (v_b[:3], v_b[3:]))
-                met = _dyop.time_of_impact(a, motion_a, b, motion_b, (0, duration), options)
-                value, status, by_a, by_b = _impact(a, motion_a, b, motion_b, met, tolerance, index)
+                motions = (
+                    _dyop.ConstantTwistMotion(A, (v_a[:3], v_a[3:])),
+                    _dyop.ConstantTwistMotion(B, (v_b[:3], v_b[3:])),
+                )
+                met = _dyop.time_of_impact(a, motions[0], b, motions[1], (0, duration), options)
+                value, status, *gradients = _impact(a, b, motions, met, tolerance, index)
             values.append(value)
             statuses.append(status)
-            for rows, row in zip(
-                ctx.rows, (*_by_motion(motion_a, value, by_a), *_by_motion(motion_b, value, by_b))
-            ):
-                rows.append(row)
+            for k, (motion, gradient) in enumerate(zip(motions, gradients)):
+                by_start[k, index], by_twist[k, index] = _by_motion(motion, value, gradient)
+        starts = [_by_entries(X, rows) for X, rows in zip(poses, by_start)]
+        ctx.grads = starts[0], by_twist[0], starts[1], by_twist[1]
         return _Queries.finish(ctx, (X_WA, V_WA, X_WB, V_WB), values, statuses, use_flagged)
 
 
-def _impact(a, motion_a, b, motion_b, met, tolerance, index):
+def _impact(a, b, motions, met, tolerance, index):
     """The time, whether its gradients may be used, and these by the poses at that time."""
     none = _dyop.PoseGradient()
     if met.status == _dyop.ToiStatus.Separated:
@@ -218,19 +229,17 @@ def _impact(a, motion_a, b, motion_b, met, tolerance, index):
         return 0.0, _dyop.DerivativeStatus.Touching, none, none
     if met.status != _dyop.ToiStatus.Impact:
         raise RuntimeError(f"time of impact of number {index}: {met.status.name}")
-    found = _dyop.impact_derivatives(a, motion_a, b, motion_b, met, tolerance=tolerance)
+    found = _dyop.impact_derivatives(a, motions[0], b, motions[1], met, tolerance=tolerance)
     return met.t_safe, found.status, found.by_a, found.by_b
 
 
 def _by_motion(motion, t, gradient):
-    """The gradients by the entries of the start pose and by the twist."""
-    if not np.isfinite(t):
-        return np.zeros((4, 4)), np.zeros(6)
-    nothing = (np.zeros(3), np.zeros(3))
+    """The gradients by the start pose and by the twist, from that by the pose at time t."""
     by_start, by_twist = np.zeros(6), np.zeros(6)
-    for k, unit in enumerate(np.eye(6)):
-        change = (unit[:3], unit[3:])
-        by_start[k] = gradient.along(motion.pose_change(t, change, nothing))
-        by_twist[k] = gradient.along(motion.pose_change(t, nothing, change))
-    start = _dyop.PoseGradient(translation=by_start[:3], rotation=by_start[3:])
-    return _by_matrix(motion.X_WB0.matrix, start), by_twist
+    if np.isfinite(t):
+        nothing = (np.zeros(3), np.zeros(3))
+        for k, unit in enumerate(np.eye(6)):
+            change = (unit[:3], unit[3:])
+            by_start[k] = gradient.along(motion.pose_change(t, change, nothing))
+            by_twist[k] = gradient.along(motion.pose_change(t, nothing, change))
+    return by_start, by_twist
