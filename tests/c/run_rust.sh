@@ -5,6 +5,9 @@
 set -euo pipefail
 rustc=$1 library=$2 examples=$3 cmake=$4 folder=$5
 
+if ! "$rustc" --version; then  # rustup's stand-in, without a compiler behind it
+  exit 77
+fi
 mkdir -p "$folder"
 ln -sf "$library" "$folder/libdyop_c.so"
 "$rustc" -O "$examples/rust/first_impact.rs" -L "$folder" -o "$folder/first_impact"

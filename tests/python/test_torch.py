@@ -133,11 +133,21 @@ def test_a_gradient_descent_comes_to_the_wanted_distance():
         (torch.eye(3), r"X_WB must end in a shape of 4x4, not be \(3, 3\)"),
         (torch.diag(torch.tensor([1.0, 1, 2, 1])), "orthonormal"),
         (torch.full((4, 4), float("nan")), "number 0: .*nan"),
+        (torch.eye(4, dtype=torch.int64), "X_WB must be float32 or float64, not torch.int64"),
     ],
 )
 def test_a_bad_pose_is_refused_with_its_reason(bad, said):
     with pytest.raises(dyop.InvalidArgument, match=said):
         dt.distance(A, torch.eye(4), B, bad)
+
+
+def test_one_bad_pose_of_many_is_named(generator):
+    poses = pose(generic(5, generator).detach()).float()
+    poses[3, 0, 3] = float("nan")
+    with pytest.raises(dyop.InvalidArgument, match="number 3: .*nan"):
+        dt.distance(A, torch.eye(4), B, poses)
+    with pytest.raises(TypeError, match="X_WA must be a tensor, not a value of type ndarray"):
+        dt.distance(A, np.eye(4), B, poses)
 
 
 def test_batches_that_do_not_fit_are_refused():

@@ -523,7 +523,6 @@ async function checkTools(page) {
   await page.click('[data-tab=data]');
 }
 
-// The accessibility tree, by axe, in light and dark, and on a phone; runs where axe-core is installed.
 // What a stranger wants to know first: the nearest pair at a time, why the run ended.
 async function checkQuestions(page) {
   const goTo = async (words) => {
@@ -535,8 +534,10 @@ async function checkQuestions(page) {
                                  data: document.getElementById('tab-data').innerText}));
   };
   const wanted = 0.37 * facts.end;
+  await page.keyboard.press(' ');  // a typed time stays, also in a run that plays
   const said = await goTo(`${wanted}`.replace('.', ','));
   check(Math.abs(said.t - wanted) <= 1e-9 * facts.end && !said.isTyped, `typed ${wanted}, shown ${said.t}`);
+  check(!(await page.evaluate(() => window.dyop.player.isPlaying)), 'the run plays on from a typed time');
   const names = await page.evaluate((t) => {
     const {run} = window.dyop;
     const gaps = run.gapsAt(t).filter(({upper}) => Number.isFinite(upper)).sort((x, y) => x.upper - y.upper);
@@ -553,6 +554,7 @@ async function checkQuestions(page) {
   check(ending && end.data.includes(ending), `why the run ended (${ending}) is not in the data: ${end.data}`);
 }
 
+// The accessibility tree, by axe, in light and dark, and on a phone; runs where axe-core is installed.
 async function checkAccess() {
   let axe;
   try {

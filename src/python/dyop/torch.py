@@ -78,6 +78,10 @@ def time_of_impact(
 
 def _broadcast(x, y, x_shape, y_shape, names):
     for tensor, shape, name in ((x, x_shape, names[0]), (y, y_shape, names[1])):
+        if not isinstance(tensor, torch.Tensor):
+            raise TypeError(f"{name} must be a tensor, not a value of type {type(tensor).__name__}")
+        if tensor.dtype not in (torch.float32, torch.float64):
+            raise _dyop.InvalidArgument(f"{name} must be float32 or float64, not {tensor.dtype}")
         if tuple(tensor.shape[-len(shape) :]) != shape:
             wanted = "x".join(str(n) for n in shape)
             raise _dyop.InvalidArgument(
@@ -100,9 +104,8 @@ def _rows(tensor, *shape):
 def _poses(tensor):
     """(N, 4, 4) poses, rotations made orthonormal if they nearly are."""
     X = _rows(tensor, 4, 4).copy()
-    if not np.isfinite(X).all():
-        return X  # refused below
-    U, sizes, V = np.linalg.svd(X[:, :3, :3])
+    finite = np.isfinite(X).all(axis=(1, 2))  # others are refused, by their number
+    U, sizes, V = np.linalg.svd(np.where(finite[:, None, None], X[:, :3, :3], 0))
     near = np.abs(sizes - 1).max(axis=1, initial=0) <= _NEARLY_ROTATION
     X[near, :3, :3] = (U @ V)[near]
     near = np.abs(X[:, 3] - (0, 0, 0, 1)).max(axis=1, initial=0) <= _NEARLY_ROTATION

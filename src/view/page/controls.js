@@ -111,7 +111,10 @@ function typeTime(player) {
     const text = field.value.trim().replace(',', '.');
     const t = text === '' ? NaN : Number(text);
     if (key === 'Enter' && Number.isNaN(t)) return void field.setAttribute('aria-invalid', 'true');
-    if (key === 'Enter') player.goTo(t);
+    if (key === 'Enter') {
+      player.play(false);
+      player.goTo(t);
+    }
     player.stage.canvas.focus();  // closes the field
   };
 }
