@@ -387,11 +387,6 @@ inline constexpr int kContactInnerLimit = 20;
 inline constexpr int kContactInnerFew = 4;
 inline constexpr int kContactLineLimit = 20;
 
-/// Limit on Newton steps on the whole law with the same multipliers (2 to 4 are usual), and the
-/// largest penalty there. Larger: fewer multipliers, more digits lost. Used by NewtonSolver.
-inline constexpr int kContactPolishLimit = 6;
-inline constexpr Scalar kContactPolishPenalty = 1e7;
-
 /// Initial penalty times mobility of the alternating direction method, which then adapts it. Used
 /// by AdmmSolver.
 inline constexpr Scalar kContactFirstPenalty = 1;

@@ -20,11 +20,11 @@ struct Scene {
 };
 
 std::vector<Scene> scenes() {
-  return {{"stack of 10", stack_scene(10), 30},
-          {"arch of 25", arch_scene(25), 60},
-          {"arch of 101", arch_scene(101), 100},
-          {"pile of 4 x 4 x 4", pile_scene(4, 4), 80},
-          {"pile of 5 x 5 x 5", pile_scene(5, 5), 80}};
+  return {{"stack of 10", stack_scene(10), 12},
+          {"arch of 25", arch_scene(25), 15},
+          {"arch of 101", arch_scene(101), 24},
+          {"pile of 4 x 4 x 4", pile_scene(4, 4), 15},
+          {"pile of 5 x 5 x 5", pile_scene(5, 5), 15}};
 }
 
 // What stands keeps standing: all velocities vanish, at the first step and from there on with the
@@ -145,7 +145,7 @@ TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
   ContactProblem problem = arch_scene(25);
   ContactCascade cascade;
   EXPECT_EQ(cascade.solve(problem, options).solver, "interior points");
-  problem = arch_scene(25);
+  problem = arch_scene(15);
   for (ContactBody& body : problem.bodies) {  // slides along the floor, as a whole
     if (!body.inverse_mass_W.isZero(0)) body.free_v_W += Vector3(0, 1, 0);
   }
@@ -159,7 +159,7 @@ TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
 }
 
 // Friction up to 5 with duplicate contacts and locked axes, where a solution need not exist.
-// Recorded, of 200: 161 after a round, 182 after two, 197 with other starts.
+// Recorded, of 200: 168 after a round, 191 after two, 199 with other starts.
 TEST(ContactCascade, GoesRoundAgainAndThenBeginsAgain) {
   std::mt19937_64 random(51);
   constexpr int kProblems = 200;
@@ -188,7 +188,8 @@ TEST(ContactCascade, GoesRoundAgainAndThenBeginsAgain) {
     options.cascade_rounds = 1;
     first_round += is_solved();
   }
-  std::printf("solved %d of %d in one round, %d in two\n", first_round, kProblems, both_rounds);
+  std::printf("solved %d of %d in one round, %d in two, %d with other starts\n", first_round,
+              kProblems, both_rounds, all_starts);
   EXPECT_GT(both_rounds, first_round);
   EXPECT_GT(all_starts, both_rounds);
   EXPECT_GE(all_starts, kProblems * 19 / 20);

@@ -41,9 +41,6 @@ struct ContactSolverOptions {
   int restart_contacts = 32;
   int friction_steps = 10;
   int scattered_starts = 20;
-  /// Whether NewtonSolver follows a drift of redundant contacts to its end: solves more problems,
-  /// and takes longer over those that have no solution.
-  bool follows_drift = true;
   /// Ends a solve between sweeps, factorisations or iterations; the best answer is returned. Not
   /// owned; null: never.
   Interrupt* interrupt = nullptr;
@@ -130,10 +127,11 @@ namespace contact_internal {
 class NewtonRun;
 }
 
-/// Semismooth Newton on an augmented Lagrangian of the velocities, with De Saxce's shift for
-/// Coulomb's law in an outer loop; near the solution, on the whole law including the shift. The
-/// matrices are factorised in blocks over the bodies (docs/algorithms/contact_solvers.md). For
-/// stacks, arches and everything stiff, and for one or two bodies.
+/// Newton's method on the laws themselves ([AlartCurnier1991]); what that does not solve, by an
+/// augmented Lagrangian of the velocities, with De Saxce's shift for Coulomb's law in an outer
+/// loop. The matrices are factorised in blocks over the bodies
+/// (docs/algorithms/contact_solvers.md). From a good start a few factorisations do; for stacks,
+/// arches and everything stiff.
 class NewtonSolver final : public ContactSolver {
  public:
   NewtonSolver();
@@ -174,12 +172,13 @@ class ContactRestart;
 class InteriorPointSolver;
 }  // namespace contact_internal
 
-/// The default solver: Gauss-Seidel, then Newton, then ADMM, each starting from the best answer so
-/// far and within its own budget, until one converges; if none does, a second round. With one or
-/// two bodies Newton comes first. Where bodies seem to rest, interior points do before all of them;
-/// their factorisations count as Newton's. What no round solves, and has few contacts, is begun
-/// again: by continuation from the problem without friction, then from random impulses, the same
-/// in every run. Returns the answer with the smallest residual.
+/// The default solver: Newton, then Gauss-Seidel, then ADMM, each starting from the best answer so
+/// far and within its own budget, until one converges; if none does, a second round. Gauss-Seidel
+/// comes first for joints alone, and for many bodies without a good start. Where bodies seem to
+/// rest, interior points do before all of them; their factorisations count as Newton's. What no
+/// round solves, and has few contacts, is begun again: by continuation from the problem without
+/// friction, then from random impulses, the same in every run. Returns the answer with the smallest
+/// residual.
 class ContactCascade final : public ContactSolver {
  public:
   ContactCascade();

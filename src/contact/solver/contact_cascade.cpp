@@ -90,6 +90,10 @@ namespace {
 // per step. Found by measurement.
 constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
+// Largest number of movable bodies for which Newton is faster than Gauss-Seidel from any start. Found
+// by measurement.
+constexpr std::size_t kNewtonBodies = 300;
+
 void keep(const contact_internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   lambda.clear();
   for (const contact_internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
@@ -143,9 +147,10 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
     }
   }
   // Joints alone are solved at once by Gauss-Seidel, and with large ratios of masses slowly by
-  // Newton.
-  const bool starts_well = is_small || best <= kContactGoodStart * without_impulses;
-  if (starts_well && system.has_contacts()) std::swap(order_[0], order_[1]);
+  // Newton. Large problems cost Newton more than linearly.
+  const bool starts_well = best <= kContactGoodStart * without_impulses;
+  const bool is_medium = system.velocities().size() <= kNewtonBodies;
+  if ((starts_well || is_medium) && system.has_contacts()) std::swap(order_[0], order_[1]);
   for (int round = 0; round < options.cascade_rounds; ++round) {
     const Scalar before = std::exchange(best, run_round(system, best, options, report));
     if (best <= options.tolerance || is_over(options.interrupt)) return;

@@ -18,6 +18,20 @@ void check_problem(const ContactProblem& problem);
 void check_options(const ContactSolverOptions& options);
 void check_friction(Scalar friction, std::size_t contact);
 
+/// G y: a block's relative velocity, or its change, without what is free and compliance.
+inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
+  Vector3 u = Vector3::Zero();
+  if (block.slot_a >= 0) u += block.G_a * y[std::size_t(block.slot_a)];
+  if (block.slot_b >= 0) u += block.G_b * y[std::size_t(block.slot_b)];
+  return u;
+}
+
+/// y += G^T lambda.
+inline void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
+  if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += block.G_a.transpose() * lambda;
+  if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += block.G_b.transpose() * lambda;
+}
+
 /// Whether an iteration still gets on: it halves its residual within so many steps as its patience.
 class Progress {
  public:

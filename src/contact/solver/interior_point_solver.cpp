@@ -75,20 +75,6 @@ constexpr Scalar kNearPart = 1e-6;  // literal: a ratio of residuals
 // Impulses with a larger part of it answer another question, and are a bad start for the others.
 constexpr Scalar kKeptPart = 1e-5;  // literal: a ratio of residuals
 
-// The velocity's part, or all, of a block: G y.
-Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
-  Vector3 u = Vector3::Zero();
-  if (block.slot_a >= 0) u += block.G_a * y[std::size_t(block.slot_a)];
-  if (block.slot_b >= 0) u += block.G_b * y[std::size_t(block.slot_b)];
-  return u;
-}
-
-// y += G^T lambda.
-void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
-  if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += block.G_a.transpose() * lambda;
-  if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += block.G_b.transpose() * lambda;
-}
-
 Vector3 moved_inside(Vector3 x, Scalar by) {
   x[0] = std::max(x[0], x.tail<2>().norm()) + by;
   return x;

@@ -68,7 +68,6 @@ void bind_contacts(py::module_& m) {
                                                        "int: with at most as many")
       .option<&ContactSolverOptions::friction_steps>("friction_steps", "int: of continuation")
       .option<&ContactSolverOptions::scattered_starts>("scattered_starts", "int: at random")
-      .option<&ContactSolverOptions::follows_drift>("follows_drift", "bool: in Newton's iteration")
       .finish();
 }
 
