@@ -142,7 +142,7 @@ TEST(ContactCascade, GivesUpWhatDoesNotGetBetter) {
 TEST(ContactCascade, FallsBackFromOneSolverToTheNext) {
   ContactSolverOptions options;
   options.tolerance = 1e-8;
-  ContactProblem problem = arch_scene(25);
+  ContactProblem problem = arch_scene(51);
   ContactCascade cascade;
   EXPECT_EQ(cascade.solve(problem, options).solver, "interior points");
   problem = arch_scene(15);

@@ -80,8 +80,7 @@ void AdmmRun::solve_velocities() {
     Vector3 push = z_[i] - block.free;
     push[0] -= shift_[i];
     push = rho_[i] * push + lambda_[i];
-    if (block.slot_a >= 0) y_[std::size_t(block.slot_a)] += block.G_a.transpose() * push;
-    if (block.slot_b >= 0) y_[std::size_t(block.slot_b)] += block.G_b.transpose() * push;
+    add_impulse(block, push, y_);
   }
   matrix_.solve(y_);
 }
@@ -92,9 +91,7 @@ void AdmmRun::iterate() {
   const std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = blocks[i];
-    Vector3 u = block.free;
-    if (block.slot_a >= 0) u += block.G_a * y_[std::size_t(block.slot_a)];
-    if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
+    Vector3 u = block.free + velocity_of(block, y_);
     if (block.kind == BlockKind::Contact) shift_[i] = block.friction * u.tail<2>().norm();
     u[0] += shift_[i];
     DYOP_ASSERT(block.owner < int(lambda_.size()), block.owner);

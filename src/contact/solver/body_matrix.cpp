@@ -150,8 +150,27 @@ void BodyMatrix::reset(bool is_symmetric) {
   for (Matrix6& block : entries_) block.setZero();
 }
 
+// D has one entry.
+void BodyMatrix::add_row(const Block& block, std::size_t index, Scalar D) {
+  const Vector6 a = block.G_a.row(0).transpose();
+  const Vector6 b = block.G_b.row(0).transpose();
+  if (block.slot_a >= 0) {
+    diagonal_[std::size_t(place_[std::size_t(block.slot_a)])].noalias() += a * (D * a).transpose();
+  }
+  if (block.slot_b >= 0) {
+    diagonal_[std::size_t(place_[std::size_t(block.slot_b)])].noalias() += b * (D * b).transpose();
+  }
+  if (block.slot_a < 0 || block.slot_b < 0) return;
+  const auto [entry, a_is_below] = mixed_[index];
+  const Vector6& below = a_is_below ? a : b;
+  const Vector6& above = a_is_below ? b : a;
+  entries_[entry].noalias() += below * (D * above).transpose();
+  if (!is_symmetric_) mirrored_[entry].noalias() += above * (D * below).transpose();
+}
+
 void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
   const Block& block = system.blocks()[index];
+  if (block.kind == BlockKind::Row) return add_row(block, index, D(0, 0));
   Rows6 DG_a, DG_b;
   if (block.slot_a >= 0) {
     DG_a.noalias() = D * block.G_a;

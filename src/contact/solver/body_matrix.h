@@ -24,7 +24,7 @@ class BodyMatrix {
   // Sets the matrix to the identity, and chooses symmetric or general.
   void reset(bool is_symmetric = true);
 
-  // Adds G^T D G for the block with that index.
+  // Adds G^T D G for the block with that index. Of a joint's row only the first entry of D counts.
   void add(const ContactSystem& system, std::size_t index, const Matrix3& D);
 
   // Factorises in place. Returns false if a symmetric matrix is not positive definite, or a general
@@ -41,6 +41,7 @@ class BodyMatrix {
     bool a_is_below = true;
   };
 
+  void add_row(const Block& block, std::size_t index, Scalar D);
   void order_bodies(std::size_t count);
   void find_fill(std::size_t count);
   std::size_t entry_of(int row, int column) const;

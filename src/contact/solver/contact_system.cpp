@@ -229,10 +229,7 @@ void ContactSystem::update_friction(const ContactProblem& problem) {
 
 void ContactSystem::update_velocities() {
   for (Vector6& y : y_) y.setZero();
-  for (const Block& block : blocks_) {
-    if (block.slot_a >= 0) y_[std::size_t(block.slot_a)] += block.G_a.transpose() * block.lambda;
-    if (block.slot_b >= 0) y_[std::size_t(block.slot_b)] += block.G_b.transpose() * block.lambda;
-  }
+  for (const Block& block : blocks_) add_impulse(block, block.lambda, y_);
 }
 
 Scalar ContactSystem::residual(const Block& block) const {

@@ -18,9 +18,15 @@ void check_problem(const ContactProblem& problem);
 void check_options(const ContactSolverOptions& options);
 void check_friction(Scalar friction, std::size_t contact);
 
-/// G y: a block's relative velocity, or its change, without what is free and compliance.
+/// G y: a block's relative velocity, or its change, without what is free and compliance. A joint's
+/// row takes a third of the time.
 inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
   Vector3 u = Vector3::Zero();
+  if (block.kind == BlockKind::Row) {
+    if (block.slot_a >= 0) u[0] += block.G_a.row(0).dot(y[std::size_t(block.slot_a)]);
+    if (block.slot_b >= 0) u[0] += block.G_b.row(0).dot(y[std::size_t(block.slot_b)]);
+    return u;
+  }
   if (block.slot_a >= 0) u += block.G_a * y[std::size_t(block.slot_a)];
   if (block.slot_b >= 0) u += block.G_b * y[std::size_t(block.slot_b)];
   return u;
@@ -28,8 +34,16 @@ inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
 
 /// y += G^T lambda.
 inline void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
-  if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += block.G_a.transpose() * lambda;
-  if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += block.G_b.transpose() * lambda;
+  const auto add = [&](int slot, const Rows6& G) {
+    if (slot < 0) return;
+    if (block.kind == BlockKind::Row) {
+      y[std::size_t(slot)] += lambda[0] * G.row(0).transpose();
+    } else {
+      y[std::size_t(slot)] += G.transpose() * lambda;
+    }
+  };
+  add(block.slot_a, block.G_a);
+  add(block.slot_b, block.G_b);
 }
 
 /// Whether an iteration still gets on: it halves its residual within so many steps as its patience.
@@ -119,9 +133,7 @@ class ContactSystem {
 inline Vector3 ContactSystem::relative_velocity(const Block& block) const {
   DYOP_ASSERT(block.slot_a < int(y_.size()) && block.slot_b < int(y_.size()), block.slot_a, ' ',
               block.slot_b);
-  Vector3 u = block.free;
-  if (block.slot_a >= 0) u += block.G_a * y_[std::size_t(block.slot_a)];
-  if (block.slot_b >= 0) u += block.G_b * y_[std::size_t(block.slot_b)];
+  Vector3 u = block.free + velocity_of(block, y_);
   u[0] += block.compliance * block.lambda[0];
   return u;
 }

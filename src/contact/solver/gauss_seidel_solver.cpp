@@ -212,9 +212,7 @@ Scalar relax(ContactSystem& system, Block& block) {
   const Vector3 lambda = solve_block(block, u, normal);
   const Vector3 change = lambda - block.lambda;
   block.lambda = lambda;
-  std::vector<Vector6>& y = system.velocities();
-  if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += block.G_a.transpose() * change;
-  if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += block.G_b.transpose() * change;
+  contact_internal::add_impulse(block, change, system.velocities());
   return block.weight * change.norm();
 }
 

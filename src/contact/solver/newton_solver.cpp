@@ -135,9 +135,7 @@ void NewtonRun::compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u
   const std::vector<Block>& blocks = system_->blocks();
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const Block& block = blocks[i];
-    u[i].setZero();
-    if (block.slot_a >= 0) u[i] += block.G_a * y[std::size_t(block.slot_a)];
-    if (block.slot_b >= 0) u[i] += block.G_b * y[std::size_t(block.slot_b)];
+    u[i] = velocity_of(block, y);
     if (&u == &u_) u[i] += block.free;
   }
 }
