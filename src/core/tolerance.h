@@ -356,8 +356,8 @@ inline constexpr Scalar kContactMobilityNoise = 64 * kUnitRoundoff;
 inline constexpr Scalar kContactSlideNoise = 16 * kUnitRoundoff;
 inline constexpr int kContactSlideLimit = 100;
 
-/// Largest number of movable bodies for which Newton's method is faster than Gauss-Seidel even from
-/// a good start; found by measurement. Used by ContactCascade.
+/// Largest number of movable bodies that count as few: Newton solves them exactly in no time, also at
+/// rest, without interior points. Found by measurement. Used by ContactCascade and World.
 inline constexpr std::size_t kContactFewBodies = 2;
 
 /// A warm start is good if its residual is below this part of that without impulses: then Newton's

@@ -90,10 +90,6 @@ namespace {
 // per step. Found by measurement.
 constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 
-// Largest number of movable bodies that Newton brings to rest sooner than interior points. Found by
-// measurement.
-constexpr std::size_t kFewForInteriorPoints = 32;
-
 // Largest number of movable bodies for which Newton is faster than Gauss-Seidel from any start. Found
 // by measurement.
 constexpr std::size_t kNewtonBodies = 300;
@@ -141,7 +137,7 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
   Scalar best = system.residual();
   if (best <= options.tolerance) return;  // at rest, the warm start already solves it
   const Scalar without_impulses = system.residual_without_impulses();
-  const bool is_small = system.velocities().size() <= kFewForInteriorPoints;
+  const bool is_small = system.velocities().size() <= kContactFewBodies;
   if (!is_small && options.tolerance <= kRestingPart * without_impulses) {
     interior_->improve(system, options, report);
     best = system.residual();
