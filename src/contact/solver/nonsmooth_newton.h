@@ -16,9 +16,9 @@ namespace dyop::contact_internal {
 // start a few factorisations do; from a bad one it may go round in circles, and gives up.
 //
 // Steps are regularised. Without joints they stay near the impulses before, which solves most
-// problems. Beside joints it matters which of many solutions is found: jaws drop with one what they
-// hold with another. There contacts and joints share their loads like springs of equal stiffness,
-// which the tolerance does not tell from none.
+// problems. With joints it matters which of many solutions is found: with one, jaws drop what they
+// hold with another. Contacts and joints then share their loads as springs of equal stiffness would,
+// springs so stiff that the tolerance does not tell.
 class NonsmoothNewton {
  public:
   // Improves the impulses in the system, by at most `limit` factorisations. Returns how many it took.
