@@ -37,9 +37,9 @@ constexpr std::size_t kCoarseContactsPerBody = 3;
 constexpr Scalar kCoarseTolerance = 0.3;
 // More than kCrowdBodies that move by so many rest offsets per step are a crowd that falls or is
 // thrown, not a structure: a thousandth of its speed is exact enough, up to what a gap may lose in a
-// substep, and even so many sweeps find that sooner than factorisations; not for ropes and linkages,
-// which have joints and fewer contacts than one to so many bodies. Found by measurement on poured
-// spheres and ragdolls.
+// substep. Without joints even so many sweeps find that sooner than factorisations. Ropes and
+// linkages, with joints and fewer contacts than one to so many bodies, are no crowd. Found by
+// measurement on poured spheres and ragdolls.
 constexpr Scalar kCrowdTravel = 100;
 constexpr Scalar kCrowdSpeedTolerance = 1e-3;
 constexpr std::size_t kHeapBodiesPerContact = 6;
