@@ -393,7 +393,7 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
   if (!options.interrupt) options.interrupt = &interrupt;
   const PartTimer timing = run_.timer(&StepTimes::solve);
   const int sweeps = is_impact ? 0 : first_sweeps();
-  slack_ = sweeps > 0 ? options.tolerance * tau : 0;
+  slack_ = !is_impact && (sweeps > 0 || is_crowd()) ? options.tolerance * tau : 0;
   const ContactReport report = solve_with(options, sweeps);
   work.residual = std::max(work.residual, report.residual);
   if (report.status != ContactStatus::Converged) ++work.unconverged;
