@@ -86,22 +86,15 @@ Scalar FreeRows::measure(const ContactSystem& system) {
 void FreeRows::step(ContactSystem& system) {
   std::vector<Block>& blocks = system.blocks();
   for (Vector6& change : change_) change.setZero();
-  const auto add = [&](std::vector<Vector6>& y, const Block& block, Scalar impulse) {
-    if (block.slot_a >= 0) y[std::size_t(block.slot_a)] += impulse * block.G_a.row(0).transpose();
-    if (block.slot_b >= 0) y[std::size_t(block.slot_b)] += impulse * block.G_b.row(0).transpose();
-  };
   for (std::size_t k = 0; k < rows_.size(); ++k) {
-    add(change_, blocks[rows_[k]], -penalty_[k] * u_[k]);
+    add_impulse(blocks[rows_[k]], Vector3(-penalty_[k] * u_[k], 0, 0), change_);
   }
   matrix_.solve(change_);
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     Block& block = blocks[rows_[k]];
-    Scalar left = u_[k];
-    if (block.slot_a >= 0) left += block.G_a.row(0).dot(change_[std::size_t(block.slot_a)]);
-    if (block.slot_b >= 0) left += block.G_b.row(0).dot(change_[std::size_t(block.slot_b)]);
-    const Scalar impulse = -penalty_[k] * left;
-    block.lambda[0] += impulse;
-    add(system.velocities(), block, impulse);
+    const Vector3 impulse(-penalty_[k] * (u_[k] + velocity_of(block, change_)[0]), 0, 0);
+    block.lambda += impulse;
+    add_impulse(block, impulse, system.velocities());
   }
 }
 

@@ -23,8 +23,8 @@ constexpr int kFirstSteps = 2;
 constexpr Scalar kSteadyDown = 0.9;
 constexpr Scalar kSteadyUp = 1.01;
 constexpr Scalar kStiffer = 0.1;
-// Beside joints contacts become so many times stiffer at every step, down to where what they give is
-// this part of the tolerance.
+// With joints, contacts become stiffer by this factor at every step, until they yield by only this
+// part of the tolerance.
 constexpr Scalar kSharingStiffer = 0.01;
 constexpr Scalar kSharingPart = 0.1;
 // Limit on the factorisations, and how many of them must halve the error. Found by measurement.

@@ -114,5 +114,39 @@ TEST(Gripper, HoldsWhileItTurns) {
   }
 }
 
+// Jaws without joints, which forces press together: bodies that can move along x alone. No impulse
+// tells how the load is shared here either.
+TEST(Gripper, HoldsBetweenJawsThatForcesPress) {
+  const std::shared_ptr<const Shape> shapes[] = {std::make_shared<Box>(Vector3(0.1, 0.1, 0.1)),
+                                                 std::make_shared<Box>(Vector3(0.1, 0.05, 0.15)),
+                                                 std::make_shared<Sphere>(0.1)};
+  const auto jaw = std::make_shared<Box>(Vector3(0.02, 0.12, 0.12));
+  for (const auto& shape : shapes) {
+    for (const Scalar safety : {1.2, 2.0}) {
+      World world(earth_options());
+      BodyDefinition held = dynamic_body("held", shape, Vector3::Zero());
+      held.friction = 0.5;
+      held.restitution = 0;
+      const BodyId id = world.add_body(held);
+      const Scalar force = safety * held.mass_properties.mass * kGravity / (2 * 0.5);
+      for (const int side : {-1, 1}) {
+        BodyDefinition body = dynamic_body("jaw", jaw, Vector3(side * 0.1205, 0, 0));
+        body.friction = 0.5;
+        body.restitution = 0;
+        body.locked = {{false, true, true}, {true, true, true}};
+        body.wrench = [side, force](Scalar, const MotionState&) {
+          return Wrench{Vector3(-side * force, 0, 0), Vector3::Zero()};
+        };
+        world.add_body(body);
+      }
+      for (int k = 0; k < 200; ++k) {
+        ASSERT_EQ(world.advance(0.01).status, AdvanceStatus::Completed);
+      }
+      EXPECT_LE(world.state(id).X_WB.translation().norm(), 1e-3) << safety;
+      EXPECT_GT(world.state(id).X_WB.rotation().trace(), 3 - 1e-6) << safety;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dyop
