@@ -12,7 +12,7 @@ packages() {
                 libompl-dev libhdf5-dev libtinygltf-dev librsvg2-dev libcpp-httplib-dev libssl-dev ;;
     python) echo pybind11-dev python3-dev python3-numpy ;;
     run)   echo glmark2-data ;;
-    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev libopenigtlink-dev liboctomap-dev clang libclang-rt-dev clang-format-14 \
+    test)  echo libgtest-dev libcgal-dev libgmp-dev libsiconos-numerics-dev libopenigtlink-dev liboctomap-dev libmujoco-dev clang libclang-rt-dev clang-format-14 \
                 abigail-tools luajit \
                 python3-pytest python3-h5py python3-matplotlib python3-distributed python3-nbconvert python3-ipykernel python3-torch \
                 mypy python3-mypy python3-build python3-pip python3-venv patchelf ;;

@@ -43,7 +43,7 @@ typedef struct dyop_robot_file_options {
   { sizeof(dyop_robot_file_options), DYOP_BASE_FIXED, NULL, NULL, 0, 0, 0 }
 DYOP_C_API dyop_status dyop_robot_file_options_init(dyop_robot_file_options* value, uint32_t size);
 
-/* A robot from URDF: docs/robots.md. */
+/* A robot from URDF or MJCF: docs/robots.md. */
 DYOP_C_API dyop_status dyop_robot_load(dyop_context* context, const char* file,
                                        const dyop_robot_file_options* options, dyop_robot* robot);
 

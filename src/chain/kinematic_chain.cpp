@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "chain/chain_frame.h"
 #include "dyop/core/error.h"
@@ -43,15 +44,12 @@ KinematicChain::Step step_of(const Joint& joint) {
 
 KinematicChain::KinematicChain(std::vector<Link> links, std::vector<Joint> joints,
                                const Options& options)
-    : links_(std::move(links)),
-      joints_(std::move(joints)),
-      X_WR_(options.X_WR),
-      ignored_pairs_(options.ignored_pairs) {
+    : links_(std::move(links)), joints_(std::move(joints)), options_(options) {
   DYOP_REQUIRE(!links_.empty(), "a chain needs a link");
   require_distinct_names(links_, joints_);
   link_up();
   sort_from_root();
-  list_self_pairs(options);
+  list_self_pairs();
 }
 
 void KinematicChain::link_up() {
@@ -119,7 +117,7 @@ std::vector<RigidPose> KinematicChain::link_poses(const JointVector& q) const {
   std::vector<RigidPose> poses(links_.size());
   for (const std::size_t link : from_root_) {
     if (!steps_[link]) {
-      poses[link] = X_WR_;
+      poses[link] = X_WR();
       continue;
     }
     const Step& step = *steps_[link];
@@ -171,22 +169,23 @@ bool KinematicChain::are_neighbours(std::size_t first, std::size_t second) const
   return true;
 }
 
-void KinematicChain::list_self_pairs(const Options& options) {
-  std::vector<LinkPair> ignored;
-  for (const auto& [first, second] : options.ignored_pairs) {
-    const std::size_t a = number_of(first, "ignored pair:");
-    const std::size_t b = number_of(second, "ignored pair:");
-    ignored.push_back({std::min(a, b), std::max(a, b)});
-  }
-  const auto is_ignored = [&ignored](std::size_t first, std::size_t second) {
-    return std::any_of(ignored.begin(), ignored.end(), [&](const LinkPair& pair) {
-      return pair.first == first && pair.second == second;
-    });
+void KinematicChain::list_self_pairs() {
+  using Numbers = std::set<std::pair<std::size_t, std::size_t>>;
+  const auto numbers_of = [this](std::span<const std::pair<std::string, std::string>> names,
+                                 const char* what) {
+    Numbers numbers;
+    for (const auto& [first, second] : names) {
+      numbers.insert(std::minmax(number_of(first, what), number_of(second, what)));
+    }
+    return numbers;
   };
+  const Numbers ignored = numbers_of(options_.ignored_pairs, "ignored pair:");
+  const Numbers checked = numbers_of(options_.checked_pairs, "checked pair:");
   for (std::size_t first = 0; first < links_.size(); ++first) {
     for (std::size_t second = first + 1; second < links_.size(); ++second) {
       if (!links_[first].shape || !links_[second].shape) continue;
-      if (are_neighbours(first, second) || is_ignored(first, second)) continue;
+      if (ignored.count({first, second}) != 0) continue;
+      if (are_neighbours(first, second) && checked.count({first, second}) == 0) continue;
       self_pairs_.push_back({first, second});
     }
   }

@@ -17,13 +17,15 @@
 #include "dyop/distance/distance.h"
 #include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 
 namespace dyop::chain_internal {
 
-/// Balls whose convex hull contains a shape, in the shape's frame.
+/// Balls whose convex hull contains a shape, in the shape's frame. Of a half-space the point of its
+/// plane nearest to the frame's origin, with an infinite radius.
 struct LinkHull {
   std::vector<Vector3> centers;
   std::vector<Scalar> radii;  ///< of each ball, >= 0
@@ -89,6 +91,9 @@ void append(const Shape& shape, const RigidPose& X_LS, LinkHull& hull) {
 }  // namespace
 
 LinkHull link_hull(const Shape& shape) {
+  if (const HalfSpace* plane = as_half_space(shape)) {
+    return {{plane->normal() * plane->offset()}, {kInfinity}};
+  }
   LinkHull all;
   append(shape, RigidPose(), all);
   LinkHull result;
@@ -147,12 +152,14 @@ class PairSearch {
     Vector3 axis = Vector3::UnitZ();
     Scalar movement_a = 0;  // of A if seen from beyond the joint, and of B, over the box
     Scalar movement_b = 0;
+    Scalar sum_after = 0;  // of movement_b, of the joints nearer to B
   };
 
   void collect_joints();
   void place(const JointVector& middle);
   RigidPose place_branch(std::size_t link, const JointVector& q);
   Scalar movement(const JointBox& box);
+  Scalar least_movement();
   Scalar movement_factor(const PathJoint& joint, const JointBox& box) const;
   Eigen::Index widest(const JointBox& box) const;
   DistanceResult measure(Scalar max_distance);
@@ -294,34 +301,45 @@ Scalar PairSearch::movement_factor(const PathJoint& joint, const JointBox& box) 
   return 2 * std::sin(std::min(half, std::numbers::pi_v<Scalar>) / 2);
 }
 
+// Seen from a link between the two, the joints on A's side move A and the others B: the least sum
+// over these links. Nothing is subtracted, as some may be infinite.
+Scalar PairSearch::least_movement() {
+  Scalar sum_b = 0;
+  for (auto joint = joints_.rbegin(); joint != joints_.rend(); ++joint) {
+    joint->sum_after = sum_b;
+    sum_b += joint->movement_b;
+  }
+  Scalar least = sum_b;
+  best_split_ = 0;
+  Scalar sum_a = 0;
+  for (std::size_t k = 0; k < joints_.size(); ++k) {
+    sum_a += joints_[k].movement_a;
+    if (sum_a + joints_[k].sum_after < least) {
+      least = sum_a + joints_[k].sum_after;
+      best_split_ = k + 1;
+    }
+  }
+  return least;
+}
+
 // A bound of how much the distance of the two links changes over the box, from its middle, where
-// place() has put them. Seen from a link between them, the joints on A's side move A and the others
-// B; the best such link counts.
+// place() has put them.
 Scalar PairSearch::movement(const JointBox& box) {
   Scalar size = 0;
   for (PathJoint& joint : joints_) {
     const Scalar factor = movement_factor(joint, box);
-    joint.movement_a = joint.movement_b = factor;
-    if (joint.type == JointType::Revolute) {
-      const Scalar radius_a = largest_radius(hull_a_, X_Ca_, joint.origin, joint.axis);
-      const Scalar radius_b = largest_radius(hull_b_, X_Cb_, joint.origin, joint.axis);
-      joint.movement_a *= radius_a;
-      joint.movement_b *= radius_b;
-      size = std::max({size, radius_a, radius_b});
-    }
+    const auto moved_by = [&](const LinkHull& hull, const RigidPose& X_CL) {
+      if (joint.type != JointType::Revolute) return factor;
+      const Scalar radius = largest_radius(hull, X_CL, joint.origin, joint.axis);
+      // Only a half-space has no end: the other shape bounds what is near of it.
+      size = std::max(size, radius < kInfinity ? radius : hull.centers[0].norm());
+      return factor == 0 ? 0 : factor * radius;
+    };
+    joint.movement_a = moved_by(hull_a_, X_Ca_);
+    joint.movement_b = moved_by(hull_b_, X_Cb_);
     size = std::max(size, joint.origin.norm());
   }
-  Scalar moved = 0;
-  for (const PathJoint& joint : joints_) moved += joint.movement_b;
-  Scalar least = moved;
-  best_split_ = 0;
-  for (std::size_t k = 0; k < joints_.size(); ++k) {
-    moved += joints_[k].movement_a - joints_[k].movement_b;
-    if (moved < least) {
-      least = moved;
-      best_split_ = k + 1;
-    }
-  }
+  const Scalar least = least_movement();
   const Scalar scale = size + X_Ca_.translation().norm() + X_Cb_.translation().norm();
   const Scalar steps = Scalar(chain_.depth(report_.first) + chain_.depth(report_.second) + 2);
   return least + kPoseNoise * steps * (scale + least);
@@ -431,8 +449,10 @@ void PairSearch::examine(const JointBox& box) {
     settle_touch(box.middle);
     return;
   }
-  const AlignedBox bounds = chain_.links()[report_.first].shape->bounding_box();
-  if (free_.empty() || reach <= kSmallestMovement * bounds.diagonal().norm()) {
+  const Scalar size =
+      std::min(chain_.links()[report_.first].shape->bounding_box().diagonal().norm(),
+               chain_.links()[report_.second].shape->bounding_box().diagonal().norm());
+  if (free_.empty() || reach <= kSmallestMovement * size) {
     given_up_ += box.share;
     return;
   }

@@ -81,9 +81,7 @@ KinematicChain attach(const KinematicChain& chain, Link object, const std::strin
                       const RigidPose& X_PO, const std::vector<std::string>& touch_links) {
   std::vector<Link> links(chain.links().begin(), chain.links().end());
   std::vector<Joint> joints(chain.joints().begin(), chain.joints().end());
-  KinematicChain::Options options;
-  options.X_WR = chain.X_WR();
-  options.ignored_pairs.assign(chain.ignored_pairs().begin(), chain.ignored_pairs().end());
+  KinematicChain::Options options = chain.options();
   for (const std::string& link : touch_links) {
     options.ignored_pairs.emplace_back(object.name, link);
   }

@@ -142,6 +142,15 @@ constexpr const char* kUrdf = R"(<robot name="arm">
 <origin xyz="0 0 1"/><axis xyz="0 0 1"/><limit lower="0" upper="0.5" effort="1" velocity="1"/>
 <mimic joint="turn" multiplier="0.5" offset="0.1"/></joint></robot>)";
 
+constexpr const char* kMjcf = R"(<mujoco model="arm"><compiler angle="radian" eulerseq="zyx"/>
+<default><geom contype="1"/><default class="thin"><geom type="capsule" size=".1 .5"/></default>
+</default><asset><mesh name="m" file="m.obj" scale="1 2 1" refpos="0 0 1"/></asset>
+<worldbody><geom type="plane" size="1 1 1" pos="0 0 -3"/><body name="a" childclass="thin"
+ pos="0 0 1"><joint name="turn" axis="0 1 0" range="-1 1" ref=".1" pos="0 .1 0"/><geom/>
+<body name="b" euler="0 .1 0"><joint name="lift" type="slide"/><geom type="mesh" mesh="m"/>
+</body></body></worldbody><contact><exclude body1="world" body2="b"/></contact>
+<equality><joint joint1="lift" joint2="turn" polycoef=".1 .5 0 0 0"/></equality></mujoco>)";
+
 constexpr const char* kSrdf = R"(<robot name="arm">
 <group name="all"><chain base_link="base" tip_link="hand"/></group>
 <disable_collisions link1="base" link2="upper" reason="Adjacent"/>
@@ -161,6 +170,7 @@ constexpr const char* kChain = R"({"base": {"position": [0, 0, 1]},
 TEST_F(DamagedFiles, OfRobotsAreRefusedOrRead) {
   directory_.write("m.obj", testing::obj_of(ball()));
   expect_harmless("r.urdf", kUrdf, [](const std::filesystem::path& file) { load_robot(file); });
+  expect_harmless("m.xml", kMjcf, [](const std::filesystem::path& file) { load_robot(file); });
   const std::filesystem::path urdf = directory_.write("whole.urdf", kUrdf);
   expect_harmless("r.srdf", kSrdf, [&](const std::filesystem::path& file) {
     RobotFileOptions options;

@@ -223,6 +223,19 @@ def test_bad_files_are_named(tmp_path):
         dyop.load_robot(tmp_path / "none.urdf")
 
 
+def test_a_model_of_mujoco(tmp_path):
+    (tmp_path / "m.xml").write_text("""<mujoco model="post"><worldbody>
+      <geom name="floor" type="plane" size="0 0 1"/>
+      <body name="post" pos="0 0 0.5"><joint name="turn" axis="0 1 0" range="-90 90"/>
+        <geom type="capsule" size="0.1 0.3"/></body></worldbody></mujoco>""")
+    robot = dyop.load_robot(tmp_path / "m.xml")
+    again = pickle.loads(pickle.dumps(robot))
+    for each in (robot, again):
+        assert each.chain.checked_pairs == [("floor", "post")]
+        (pair,) = dyop.decide_link_pairs(each)
+        assert pair.verdict == dyop.PairVerdict.Never
+
+
 def test_a_moving_base(tmp_path):
     (tmp_path / "r.urdf").write_text(ROBOT)
     fixed, planar, floating = (

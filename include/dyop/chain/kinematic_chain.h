@@ -53,6 +53,9 @@ class KinematicChain {
     RigidPose X_WR;  ///< pose of the root link in the world
     /// Pairs of names of links that are never checked against each other.
     std::vector<std::pair<std::string, std::string>> ignored_pairs = {};
+    /// Pairs that are checked although they are neighbours, such as the ground and the first link
+    /// that moves on it. An ignored pair stays ignored.
+    std::vector<std::pair<std::string, std::string>> checked_pairs = {};
   };
   /// Two links that self-collision checks, by index, first < second.
   struct LinkPair {
@@ -81,7 +84,8 @@ class KinematicChain {
 
   std::span<const Link> links() const { return links_; }
   std::span<const Joint> joints() const { return joints_; }
-  const RigidPose& X_WR() const { return X_WR_; }
+  const RigidPose& X_WR() const { return options_.X_WR; }
+  const Options& options() const { return options_; }
 
   /// The number of joints that are not fixed. Coordinates are in the order of these joints.
   std::size_t coordinate_count() const { return coordinate_joints_.size(); }
@@ -106,13 +110,9 @@ class KinematicChain {
   std::vector<Twist> link_jacobian(std::size_t link, const JointVector& q) const;
 
   /// Pairs that self-collision checks: both links have shapes, they are not neighbours (joined
-  /// directly, or only through links without shapes), and the pair is not ignored.
+  /// directly, or only through links without shapes) or among Options::checked_pairs, and the pair
+  /// is not ignored.
   std::span<const LinkPair> self_pairs() const { return self_pairs_; }
-
-  /// The names that were given to be ignored.
-  std::span<const std::pair<std::string, std::string>> ignored_pairs() const {
-    return ignored_pairs_;
-  }
 
   /// For inner loops: the joint above a link; none for the root.
   const std::optional<Step>& step(std::size_t link) const { return steps_[link]; }
@@ -126,18 +126,17 @@ class KinematicChain {
  private:
   void link_up();
   void sort_from_root();
-  void list_self_pairs(const Options& options);
+  void list_self_pairs();
   std::size_t number_of(const std::string& name, const char* what) const;
 
   std::vector<Link> links_;
   std::vector<Joint> joints_;
-  RigidPose X_WR_;
+  Options options_;
   std::vector<std::optional<Step>> steps_;      // by link
   std::vector<std::size_t> from_root_;          // links, parents first
   std::vector<std::size_t> depths_;             // by link
   std::vector<std::size_t> coordinate_joints_;  // by coordinate
   std::vector<LinkPair> self_pairs_;
-  std::vector<std::pair<std::string, std::string>> ignored_pairs_;
 };
 
 }  // namespace dyop

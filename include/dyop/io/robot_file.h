@@ -29,13 +29,14 @@ struct RobotFileOptions {
   bool trusts_never = false;
 };
 
-/// Reads a robot from a URDF file: links with their collision shapes, joints of all types, mimic
-/// joints. Visual shapes are not read. See docs/robots.md.
+/// Reads a robot from a URDF file, or from a model in MuJoCo's format MJCF: links with their
+/// collision shapes, joints of all types, mimic joints. Visual shapes are not read. See
+/// docs/robots.md.
 ///
-/// A floating joint becomes three prismatic and three revolute ones, a planar joint two and one,
-/// with names that end in /x, /y, /z, /roll, /pitch and /yaw.
+/// A floating joint becomes three prismatic and three revolute ones, a ball joint three revolute
+/// ones, a planar joint two and one, with names that end in /x, /y, /z, /yaw, /pitch and /roll.
 /// @throws FileError naming file, line, element and value.
-Robot load_robot(const std::filesystem::path& urdf, const RobotFileOptions& options = {});
+Robot load_robot(const std::filesystem::path& file, const RobotFileOptions& options = {});
 
 /// The text of an SRDF file with one `disable_collisions` for each pair that is adjacent, always
 /// touches or is proven never to. Pairs that can touch and undecided ones are named in comments.

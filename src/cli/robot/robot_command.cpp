@@ -16,6 +16,7 @@
 #include "dyop/chain/certify_chain.h"
 #include "dyop/chain/link_motion.h"
 #include "dyop/core/error.h"
+#include "dyop/geometry/half_space.h"
 #include "dyop/io/planning_scene_file.h"
 #include "dyop/io/result_text.h"
 #include "dyop/io/robot_file.h"
@@ -82,7 +83,9 @@ std::vector<Scalar> reaches(const KinematicChain& chain) {
   for (std::size_t end = 0; end < chain.links().size(); ++end) {
     const std::shared_ptr<const Shape>& shape = chain.links()[end].shape;
     Scalar reach = 0;
-    if (shape) {
+    if (shape && as_half_space(*shape)) {
+      reach = kInfinity;
+    } else if (shape) {
       const AlignedBox box = shape->bounding_box();
       reach = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).norm();
     }
@@ -371,7 +374,8 @@ void add_robot_pairs(CLI::App& robot, ExitCode& exit_code) {
 }  // namespace
 
 void add_robot_options(CLI::App& command, RobotArguments& arguments) {
-  command.add_option("ROBOT", arguments.urdf, "URDF file")->required();
+  command.add_option("ROBOT", arguments.urdf, "URDF file, or a model in MuJoCo's format MJCF")
+      ->required();
   command.add_option("--srdf", arguments.srdf, "SRDF file of the robot");
   command.add_option("--package-path", arguments.package_paths,
                      "Directory to search for package:// in; may be repeated");
@@ -393,8 +397,8 @@ Robot load_from(const RobotArguments& arguments) {
 }
 
 void add_robot_command(CLI::App& app, ExitCode& exit_code) {
-  CLI::App* robot =
-      app.add_subcommand("robot", "Robots from URDF files: their parts, their pairs, their paths");
+  CLI::App* robot = app.add_subcommand(
+      "robot", "Robots from URDF and MJCF: their parts, their pairs, their paths");
   robot->require_subcommand(1);
   add_robot_info(*robot, exit_code);
   add_robot_pairs(*robot, exit_code);
@@ -474,10 +478,8 @@ KinematicChain make_chain(const Robot& robot, const CheckArguments& arguments) {
     DYOP_REQUIRE(link, "--allow: the robot has no link '", name, "'");
     links[*link].groups &= ~group_of(body, bodies);
   }
-  KinematicChain::Options options;
-  options.X_WR = chain.X_WR();
-  options.ignored_pairs.assign(chain.ignored_pairs().begin(), chain.ignored_pairs().end());
-  return KinematicChain(std::move(links), {chain.joints().begin(), chain.joints().end()}, options);
+  return KinematicChain(std::move(links), {chain.joints().begin(), chain.joints().end()},
+                        chain.options());
 }
 
 // A planning scene: what its matrix allows is allowed too.

@@ -404,13 +404,10 @@ Robot PlanningScene::place(const Robot& robot) const {
     }
   }
   Robot result = robot;
-  KinematicChain::Options options;
-  options.X_WR = robot.chain->X_WR();
-  options.ignored_pairs.assign(robot.chain->ignored_pairs().begin(),
-                               robot.chain->ignored_pairs().end());
   result.chain = std::make_shared<const KinematicChain>(
       std::move(links),
-      std::vector<Joint>(robot.chain->joints().begin(), robot.chain->joints().end()), options);
+      std::vector<Joint>(robot.chain->joints().begin(), robot.chain->joints().end()),
+      robot.chain->options());
   for (const HeldObject& each : held) {
     Link link;
     link.name = each.name;

@@ -5,7 +5,6 @@
 #include <sstream>
 #include <vector>
 
-#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/primitives.h"
 #include "io/mesh/mesh_reader.h"
 
@@ -14,7 +13,10 @@ namespace {
 
 std::shared_ptr<const Shape> read_shape(const XmlNode& node, MeshFinder& meshes) {
   const std::string kind = node.name();
-  if (kind == "mesh") return meshes.load(node);
+  if (kind == "mesh") {
+    return meshes.load(node, "filename", node.text("filename"),
+                       node.vector3_or("scale", Vector3::Ones()));
+  }
   if (kind == "box") {
     const Vector3 size = node.vector3("size");
     if (!(size.array() > 0).all()) node.fail_expected("size", "three numbers > 0");
@@ -45,12 +47,12 @@ bool is_identity(const RigidPose& X) {
   return X.rotation() == Matrix3::Identity() && X.translation() == Vector3::Zero();
 }
 
+}  // namespace
+
 std::shared_ptr<const Shape> joined(const std::vector<CompoundChild>& children) {
   if (children.size() == 1 && is_identity(children[0].X_CS)) return children[0].shape;
   return std::make_shared<CompoundShape>(children);
 }
-
-}  // namespace
 
 LinkShape read_link_shape(const XmlNode& link, MeshFinder& meshes) {
   std::vector<CompoundChild> children;
@@ -87,17 +89,17 @@ struct MeshName {
   std::filesystem::path path;
 };
 
-MeshName parse_name(const XmlNode& node, const std::string& name) {
+MeshName parse_name(const XmlNode& node, const char* attribute, const std::string& name) {
   const std::size_t scheme = name.find("://");
   if (scheme == std::string::npos) return {"", name};
   const std::string kind = name.substr(0, scheme);
   const std::string rest = name.substr(scheme + 3);
   if (kind == "file") return {"", rest};
   if (kind != "package" && kind != "model") {
-    node.fail_expected("filename", "a path, package:// or file://");
+    node.fail_expected(attribute, "a path, package:// or file://");
   }
   const std::size_t slash = rest.find('/');
-  if (slash == std::string::npos) node.fail_expected("filename", "package://NAME/PATH");
+  if (slash == std::string::npos) node.fail_expected(attribute, "package://NAME/PATH");
   return {rest.substr(0, slash), rest.substr(slash + 1)};
 }
 
@@ -117,9 +119,9 @@ int common_end(const std::filesystem::path& a, const std::filesystem::path& b) {
 
 }  // namespace
 
-MeshFinder::MeshFinder(const std::filesystem::path& urdf,
+MeshFinder::MeshFinder(const std::filesystem::path& file,
                        std::vector<std::filesystem::path> package_paths)
-    : folder_(std::filesystem::absolute(urdf).lexically_normal().parent_path()),
+    : folder_(std::filesystem::absolute(file).lexically_normal().parent_path()),
       paths_(std::move(package_paths)) {
   std::filesystem::path folder = folder_;
   for (int k = 0; k <= kFoldersAbove && !folder.empty(); ++k) {
@@ -129,11 +131,11 @@ MeshFinder::MeshFinder(const std::filesystem::path& urdf,
   }
 }
 
-std::filesystem::path MeshFinder::find(const XmlNode& node) {
-  const std::string name = node.text("filename");
+std::filesystem::path MeshFinder::find(const XmlNode& node, const char* attribute,
+                                       const std::string& name) {
   const auto known = found_.find(name);
   if (known != found_.end()) return known->second;
-  const MeshName wanted = parse_name(node, name);
+  const MeshName wanted = parse_name(node, attribute, name);
   if (wanted.path.is_absolute() && is_file(wanted.path)) return found_[name] = wanted.path;
   for (const std::filesystem::path& folder : paths_) {
     const std::filesystem::path relative = wanted.path.relative_path();
@@ -142,11 +144,12 @@ std::filesystem::path MeshFinder::find(const XmlNode& node) {
       if (is_file(file)) return found_[name] = file;
     }
   }
-  return found_[name] = find_by_name(node, wanted.path);
+  return found_[name] = find_by_name(node, attribute, name, wanted.path);
 }
 
 // Below the robot's folder, the file of this name whose last folders agree best.
-std::filesystem::path MeshFinder::find_by_name(const XmlNode& node,
+std::filesystem::path MeshFinder::find_by_name(const XmlNode& node, const char* attribute,
+                                               const std::string& name,
                                                const std::filesystem::path& wanted) {
   std::vector<std::filesystem::path> best;
   int most = 1;
@@ -161,22 +164,22 @@ std::filesystem::path MeshFinder::find_by_name(const XmlNode& node,
     most = std::max(most, common);
   }
   if (best.empty()) {
-    node.fail(compose_message("filename: '", node.text("filename"), "' is in none of ",
-                              paths_.size(), " search paths, nor below '", folder_.string(), "'"));
+    node.fail(compose_message(attribute, ": '", name, "' is in none of ", paths_.size(),
+                              " search paths, nor below '", folder_.string(), "'"));
   }
   if (best.size() > 1) {
     std::sort(best.begin(), best.end());
-    node.fail(compose_message("filename: '", node.text("filename"), "' could be '",
-                              best[0].string(), "' or '", best[1].string(), "'"));
+    node.fail(compose_message(attribute, ": '", name, "' could be '", best[0].string(), "' or '",
+                              best[1].string(), "'"));
   }
-  notes_.push_back(
-      compose_message("mesh '", node.text("filename"), "' was found as '", best[0].string(), "'"));
+  notes_.push_back(compose_message("mesh '", name, "' was found as '", best[0].string(), "'"));
   return best[0];
 }
 
-std::shared_ptr<const TriangleMesh> MeshFinder::load(const XmlNode& node) {
-  const std::filesystem::path file = find(node);
-  const Vector3 scale = node.vector3_or("scale", Vector3::Ones());
+std::shared_ptr<const TriangleMesh> MeshFinder::load(const XmlNode& node, const char* attribute,
+                                                     const std::string& name,
+                                                     const Vector3& scale) {
+  const std::filesystem::path file = find(node, attribute, name);
   if (!(scale.array() != 0).all()) node.fail_expected("scale", "three numbers other than 0");
   std::ostringstream key;
   key << std::hexfloat << file.string() << ' ' << scale.transpose();

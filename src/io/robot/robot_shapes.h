@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "io/robot/xml_reader.h"
@@ -16,19 +17,21 @@ namespace dyop::io_internal {
 /// Finds and loads the meshes that a robot's file names. Each is loaded once per scale.
 class MeshFinder {
  public:
-  /// @param urdf          The robot's file.
+  /// @param file          The robot's file.
   /// @param package_paths Folders to search before those of the file.
-  MeshFinder(const std::filesystem::path& urdf, std::vector<std::filesystem::path> package_paths);
+  MeshFinder(const std::filesystem::path& file, std::vector<std::filesystem::path> package_paths);
 
-  /// The mesh of an element <mesh>.
-  std::shared_ptr<const TriangleMesh> load(const XmlNode& node);
+  /// The mesh of this name and scale; messages are about the element's attribute, which names it.
+  std::shared_ptr<const TriangleMesh> load(const XmlNode& node, const char* attribute,
+                                           const std::string& name, const Vector3& scale);
 
   /// What was found in another place than the file says, one line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  std::filesystem::path find(const XmlNode& node);
-  std::filesystem::path find_by_name(const XmlNode& node, const std::filesystem::path& wanted);
+  std::filesystem::path find(const XmlNode& node, const char* attribute, const std::string& name);
+  std::filesystem::path find_by_name(const XmlNode& node, const char* attribute,
+                                     const std::string& name, const std::filesystem::path& wanted);
 
   std::filesystem::path folder_;  // of the file
   std::vector<std::filesystem::path> paths_;
@@ -43,7 +46,10 @@ struct LinkShape {
   bool is_solid = false;               ///< every mesh is closed
 };
 
-/// Reads the elements <collision> of an element <link>.
+/// Several shapes as one; a single one in its own frame is itself.
+std::shared_ptr<const Shape> joined(const std::vector<CompoundChild>& children);
+
+/// Reads the elements <collision> of an element <link> of URDF.
 LinkShape read_link_shape(const XmlNode& link, MeshFinder& meshes);
 
 }  // namespace dyop::io_internal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/robot/xml_reader.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -114,6 +115,12 @@ Scalar XmlNode::positive(const char* attribute) const {
   return value;
 }
 
+std::vector<Scalar> XmlNode::numbers(const char* attribute) const {
+  const auto numbers = parse_numbers(text(attribute));
+  if (!numbers) fail_expected(attribute, "finite numbers");
+  return *numbers;
+}
+
 Vector3 XmlNode::vector3(const char* attribute) const {
   const auto numbers = parse_numbers(text(attribute));
   if (!numbers || numbers->size() != 3) fail_expected(attribute, "three finite numbers");
@@ -148,7 +155,8 @@ void XmlNode::fail_expected(const char* attribute, const std::string& what) cons
                        quoted(value == nullptr ? "" : value)));
 }
 
-XmlFile::XmlFile(const std::filesystem::path& file, const char* root) : file_(file) {
+XmlFile::XmlFile(const std::filesystem::path& file, std::initializer_list<const char*> roots)
+    : file_(file) {
   const std::string bytes = read_bytes(file);
   const tinyxml2::XMLError error = document_.Parse(bytes.data(), bytes.size());
   if (error != tinyxml2::XML_SUCCESS) {
@@ -158,9 +166,11 @@ XmlFile::XmlFile(const std::filesystem::path& file, const char* root) : file_(fi
         compose_message("not well-formed XML: ", tinyxml2::XMLDocument::ErrorIDToName(error)));
   }
   if (document_.RootElement() == nullptr) throw FileError(file_, "the file has no element");
-  if (std::string_view(document_.RootElement()->Name()) != root) {
-    this->root().fail(compose_message("expected the root element <", root, ">"));
-  }
+  const std::string_view name = document_.RootElement()->Name();
+  if (roots.size() == 0 || std::find(roots.begin(), roots.end(), name) != roots.end()) return;
+  std::string names;
+  for (const char* root : roots) names += compose_message(names.empty() ? "<" : " or <", root, ">");
+  root().fail(compose_message("expected the root element ", names));
 }
 
 }  // namespace dyop::io_internal

@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -35,6 +36,8 @@ class XmlNode {
   Scalar number_or(const char* attribute, Scalar otherwise) const;
   /// A number > 0.
   Scalar positive(const char* attribute) const;
+  /// Finite numbers, between blanks.
+  std::vector<Scalar> numbers(const char* attribute) const;
   /// Three finite numbers.
   Vector3 vector3(const char* attribute) const;
   Vector3 vector3_or(const char* attribute, const Vector3& otherwise) const;
@@ -52,9 +55,11 @@ class XmlNode {
 /// A parsed file. Its nodes refer to it.
 class XmlFile {
  public:
+  /// @param roots The names that the root element may have; any, if there are none.
   /// @throws FileError if the file is not well-formed or its root element has another name.
-  XmlFile(const std::filesystem::path& file, const char* root);
+  XmlFile(const std::filesystem::path& file, std::initializer_list<const char*> roots);
 
+  const std::filesystem::path& path() const { return file_; }
   XmlNode root() const { return {file_, *document_.RootElement()}; }
 
  private:

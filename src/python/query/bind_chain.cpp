@@ -104,14 +104,15 @@ using ChainClass = py::class_<Chain, std::shared_ptr<Chain>>;
 
 void bind_chain_fields(ChainClass& type) {
   type.def(py::init([](std::vector<Link> links, std::vector<Joint> joints, const PoseArgument& X_WR,
-                       NamePairs ignored_pairs) {
-             return std::make_shared<Chain>(std::move(links), std::move(joints),
-                                            Chain::Options{X_WR.X, std::move(ignored_pairs)});
+                       NamePairs ignored_pairs, NamePairs checked_pairs) {
+             return std::make_shared<Chain>(
+                 std::move(links), std::move(joints),
+                 Chain::Options{X_WR.X, std::move(ignored_pairs), std::move(checked_pairs)});
            }),
            py::arg("links"), py::arg("joints"), py::arg("X_WR") = RigidPose(),
-           py::arg("ignored_pairs") = NamePairs(),
+           py::arg("ignored_pairs") = NamePairs(), py::arg("checked_pairs") = NamePairs(),
            "X_WR: pose of the root link; ignored_pairs: names of links never checked against each\n"
-           "other.")
+           "other; checked_pairs: of links that are checked although they are neighbours.")
       .def_property_readonly(
           "links",
           [](const Chain& c) { return std::vector<Link>(c.links().begin(), c.links().end()); },
@@ -132,11 +133,11 @@ void bind_chain_fields(ChainClass& type) {
           },
           "list[Tuple[int, int]]: links that self-collision checks")
       .def_property_readonly(
-          "ignored_pairs",
-          [](const Chain& c) {
-            return NamePairs(c.ignored_pairs().begin(), c.ignored_pairs().end());
-          },
-          "list[Tuple[str, str]]: names of links never checked against each other");
+          "ignored_pairs", [](const Chain& c) { return c.options().ignored_pairs; },
+          "list[Tuple[str, str]]: names of links never checked against each other")
+      .def_property_readonly(
+          "checked_pairs", [](const Chain& c) { return c.options().checked_pairs; },
+          "list[Tuple[str, str]]: names of neighbours that are checked nevertheless");
 }
 
 void bind_chain_methods(ChainClass& type) {
@@ -180,9 +181,10 @@ void bind_chain_methods(ChainClass& type) {
                     std::to_string(c.coordinate_count()) + " coordinates)";
            })
       .def("__reduce__", [](const py::object& self) {
-        return py::make_tuple(py::type::of(self),
-                              py::make_tuple(self.attr("links"), self.attr("joints"),
-                                             self.attr("X_WR"), self.attr("ignored_pairs")));
+        return py::make_tuple(
+            py::type::of(self),
+            py::make_tuple(self.attr("links"), self.attr("joints"), self.attr("X_WR"),
+                           self.attr("ignored_pairs"), self.attr("checked_pairs")));
       });
 }
 
@@ -483,7 +485,8 @@ void bind_robot_files(py::module_& m) {
       },
       py::arg("file"), py::arg("srdf") = py::none(), py::arg("package_paths") = py::tuple(),
       py::arg("base") = RobotBase::Fixed, py::arg("trusts_never") = false,
-      "The robot of a URDF file (docs/robots.md). package_paths: where `package://NAME/PATH` is\n"
+      "The robot of a URDF or MJCF file (docs/robots.md). package_paths: where "
+      "`package://NAME/PATH` is\n"
       "searched for. trusts_never: leave out of self-collision the pairs too that the SRDF file\n"
       "exempts for the reason `Never`.");
   m.def(

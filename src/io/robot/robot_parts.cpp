@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/robot/robot_parts.h"
+
+#include <utility>
+
+#include "core/assert.h"
+
+namespace dyop::io_internal {
+namespace {
+
+using core_internal::compose_message;
+
+// Larger robots are taken for mistakes: pairs of links grow with the square.
+constexpr std::size_t kMostLinks = 10'000;
+
+struct Part {
+  const char* suffix;
+  JointType type;
+  Vector3 axis;
+};
+
+std::vector<Part> parts_of(SplitJoint kind, const Vector3& axis) {
+  constexpr auto kShift = JointType::Prismatic;
+  constexpr auto kTurn = JointType::Revolute;
+  if (kind == SplitJoint::Planar) {
+    const Vector3 normal = axis.stableNormalized();
+    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), normal).matrix();
+    return {{"/x", kShift, R.col(0)}, {"/y", kShift, R.col(1)}, {"/yaw", kTurn, normal}};
+  }
+  std::vector<Part> parts;
+  if (kind == SplitJoint::Floating) {
+    parts = {{"/x", kShift, Vector3::UnitX()},
+             {"/y", kShift, Vector3::UnitY()},
+             {"/z", kShift, Vector3::UnitZ()}};
+  }
+  parts.push_back({"/yaw", kTurn, Vector3::UnitZ()});
+  parts.push_back({"/pitch", kTurn, Vector3::UnitY()});
+  parts.push_back({"/roll", kTurn, Vector3::UnitX()});
+  return parts;
+}
+
+}  // namespace
+
+void RobotParts::add_link(const XmlNode& node, Link link, Scalar mass) {
+  if (!link_names_.insert(link.name).second) {
+    node.fail(compose_message("a second link has the name '", link.name, "'"));
+  }
+  if (links_.size() == kMostLinks) {
+    node.fail(compose_message("the robot has more than ", kMostLinks, " links"));
+  }
+  links_.push_back(std::move(link));
+  robot_.masses.push_back(mass);
+}
+
+void RobotParts::add_split(const XmlNode& node, SplitJoint kind, const Joint& joint) {
+  const std::vector<Part> parts = parts_of(kind, joint.axis_J);
+  std::string parent = joint.parent;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const std::string part_name = joint.name + parts[k].suffix;
+    const bool is_last = k + 1 == parts.size();
+    if (!is_last) add_link(node, Link{.name = part_name}, 0);
+    Joint part;
+    part.name = part_name;
+    part.type = parts[k].type;
+    part.parent = parent;
+    part.child = is_last ? joint.child : part_name;
+    if (k == 0) part.X_PJ = joint.X_PJ;
+    part.axis_J = parts[k].axis;
+    joints_.push_back(part);
+    parent = part_name;
+  }
+}
+
+std::string RobotParts::free_name(std::string name) const {
+  while (has_link(name)) name += "_";
+  return name;
+}
+
+// Which free coordinate drives each coordinate of the chain.
+void RobotParts::couple() {
+  std::map<std::string, std::size_t> free_numbers;  // by joint
+  for (std::size_t k = 0; k < joints_.size(); ++k) {
+    if (joints_[k].type == JointType::Fixed || mimics_.count(joints_[k].name) != 0) continue;
+    free_numbers[joints_[k].name] = robot_.free_joints.size();
+    robot_.free_joints.push_back(k);
+  }
+  for (const Joint& joint : joints_) {
+    if (joint.type == JointType::Fixed) continue;
+    CoordinateCoupling coupling;
+    std::string name = joint.name;
+    for (std::size_t steps = 0; mimics_.count(name) != 0; ++steps) {
+      const Mimic& mimic = mimics_.at(name);
+      if (steps > mimics_.size()) mimic.node.fail("joints mimic each other in a loop");
+      coupling.offset += coupling.multiplier * mimic.offset;
+      coupling.multiplier *= mimic.multiplier;
+      name = mimic.source;
+      if (mimics_.count(name) == 0 && free_numbers.count(name) == 0) {
+        mimic.node.fail(
+            compose_message("expected the name of a joint that moves, found '", name, "'"));
+      }
+    }
+    coupling.free = free_numbers.at(name);
+    robot_.couplings.push_back(coupling);
+  }
+}
+
+void RobotParts::read_group(const XmlNode& node) {
+  RobotGroup group;
+  group.name = node.text("name");
+  for (const XmlNode& link : node.all("link")) group.links.push_back(link.text("name"));
+  for (const XmlNode& joint : node.all("joint")) group.joints.push_back(joint.text("name"));
+  std::map<std::string, const Joint*> above;
+  for (const Joint& joint : joints_) above[joint.child] = &joint;
+  for (const XmlNode& chain : node.all("chain")) {
+    const std::string base = chain.text("base_link");
+    std::vector<std::string> joints;
+    std::vector<std::string> links;
+    std::string link = chain.text("tip_link");
+    for (std::size_t steps = 0; link != base; ++steps) {
+      const auto joint = above.find(link);
+      if (joint == above.end() || steps > joints_.size()) {
+        chain.fail_expected("tip_link", "a link below '" + base + "'");
+      }
+      links.push_back(link);
+      joints.push_back(joint->second->name);
+      link = joint->second->parent;
+    }
+    group.links.insert(group.links.end(), links.rbegin(), links.rend());
+    group.joints.insert(group.joints.end(), joints.rbegin(), joints.rend());
+  }
+  robot_.groups.push_back(std::move(group));
+}
+
+void RobotParts::read_srdf() {
+  if (options_.srdf.empty()) return;
+  const XmlFile srdf(options_.srdf, {"robot"});
+  for (const XmlNode& node : srdf.root().all("disable_collisions")) {
+    const DisabledPair pair{node.text("link1"), node.text("link2"),
+                            node.has("reason") ? node.text("reason") : ""};
+    for (const char* link : {"link1", "link2"}) {
+      if (!has_link(node.text(link))) node.fail_expected(link, "the name of a link of the robot");
+    }
+    if (pair.first == pair.second) node.fail_expected("link2", "another link than link1");
+    robot_.disabled_pairs.push_back(pair);
+  }
+  for (const XmlNode& node : srdf.root().all("group")) read_group(node);
+}
+
+KinematicChain RobotParts::make_chain() const {
+  KinematicChain::Options options;
+  for (const DisabledPair& pair : robot_.disabled_pairs) {
+    if (pair.reason == "Never" && !options_.trusts_never) continue;
+    options.ignored_pairs.emplace_back(pair.first, pair.second);
+  }
+  options.checked_pairs = checked_;
+  return KinematicChain(links_, joints_, options);
+}
+
+Robot RobotParts::finish(const XmlNode& root) {
+  couple();
+  read_srdf();
+  try {
+    robot_.chain = std::make_shared<const KinematicChain>(make_chain());
+  } catch (const InvalidArgument& error) {
+    root.fail(error.what());
+  }
+  return std::move(robot_);
+}
+
+}  // namespace dyop::io_internal
