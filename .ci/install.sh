@@ -22,7 +22,7 @@ packages() {
                   mkdocs mkdocs-material doxygen ;;
     coverage) echo gcovr ;;
     aarch64) echo g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user ;;
-    bench) echo libbenchmark-dev libfcl-dev libbullet-dev libode-dev ;;
+    bench) echo libbenchmark-dev libfcl-dev libbullet-dev libode-dev libmujoco-dev ;;
     *)     echo "install.sh: unknown group '$1' (build, python, run, test, page, firefox, package, bench, coverage, aarch64)" >&2; exit 2 ;;
   esac
 }

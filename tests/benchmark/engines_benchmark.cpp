@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
-// The World beside Bullet (single precision, its default solver) and ODE (double precision, quick
-// step), one thread, the same scenes in the same run, awake throughout:
+// The World beside Bullet (single precision, its default solver), ODE (double precision, quick step)
+// and MuJoCo (double precision, its default solver), one thread, the same scenes in the same run,
+// awake throughout:
 //   engines_benchmark [SECONDS OF SIMULATED TIME [PART OF THE SCENE'S NAME [parts [THREADS]]]]
 // Times are processor time per step: of all steps, of the last fifth of them, and of the worst.
+// MuJoCo is left out of scenes of more than 300 bodies, as its matrices take gigabytes, and of those
+// with tori, which it takes for their hulls.
 // With THREADS, time passed per step, of dyop alone on so many threads.
 // `overlap`: the deepest penetration of two bodies at the end of any tenth step, by libccd, and for
 // tori by the closed form; `open`: the widest that a joint is open then; `moved`: the farthest that
@@ -11,6 +14,7 @@
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <btBulletDynamicsCommon.h>
+#include <mujoco/mujoco.h>
 #include <ode/ode.h>
 #include <time.h>
 
@@ -22,6 +26,7 @@
 #include <memory>
 #include <numeric>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -420,6 +425,124 @@ class OdeEngine : public Engine {
   std::vector<dGeomID> geoms_;
   std::vector<dTriMeshDataID> meshes_;
   std::vector<std::unique_ptr<OdeArrays>> arrays_;
+};
+
+// A model as MuJoCo reads it.
+class MujocoText {
+ public:
+  explicit MujocoText(const Scene& scene) {
+    text_.precision(17);
+    text_ << "<mujoco><compiler angle='radian' exactmeshinertia='true'/><size njmax='8000' "
+             "nconmax='3000' nstack='30000000'/><option timestep='"
+          << scene.step << "' gravity='0 0 " << -kGravity << "'/><default><geom density='"
+          << kDensity << "' friction='" << kFriction << " 0 0'/></default><asset>";
+    for (std::size_t i = 0; i < scene.solids.size(); ++i) {
+      if (scene.solids[i].form == Form::Hull) add_mesh(i, mesh_of(scene.solids[i]));
+    }
+    text_ << "</asset><worldbody><geom type='box' size='" << kFloorHalf.transpose()
+          << "' pos='0 0 -1'/>";
+    for (std::size_t i = 0; i < scene.solids.size(); ++i) add_body(i, scene.solids[i]);
+    text_ << "</worldbody><equality>";
+    for (const Pin& pin : scene.pins) {
+      text_ << "<connect body1='b" << pin.b << "' anchor='"
+            << held_point(scene, pin.b, pin.p_W).transpose() << "'";
+      if (pin.a >= 0) text_ << " body2='b" << pin.a << "'";
+      text_ << "/>";
+    }
+    text_ << "</equality><contact>";
+    for (const Pin& pin : scene.pins) {
+      if (pin.a < 0) continue;
+      text_ << "<exclude body1='b" << pin.a << "' body2='b" << pin.b << "'/>";
+    }
+    text_ << "</contact></mujoco>";
+  }
+  std::string str() const { return text_.str(); }
+
+ private:
+  void add_mesh(std::size_t number, const TriangleMesh& mesh) {
+    text_ << "<mesh name='m" << number << "' vertex='";
+    for (const Vector3& p : mesh.vertices()) text_ << p.transpose() << ' ';
+    text_ << "' face='";
+    for (const TriangleIndices& t : mesh.triangles()) {
+      text_ << t[0] << ' ' << t[1] << ' ' << t[2] << ' ';
+    }
+    text_ << "'/>";
+  }
+  void add_body(std::size_t number, const Solid& solid) {
+    const Quaternion q = solid.start.quaternion();
+    text_ << "<body name='b" << number << "' pos='" << solid.start.translation().transpose()
+          << "' quat='" << q.w() << ' ' << q.vec().transpose() << "'>";
+    if (!solid.is_fixed) text_ << "<freejoint/>";
+    text_ << "<geom type=";
+    switch (solid.form) {
+      case Form::Box:
+        text_ << "'box' size='" << solid.half_extents.transpose() << "'";
+        break;
+      case Form::Sphere:
+        text_ << "'sphere' size='" << solid.a << "'";
+        break;
+      case Form::Capsule:
+        text_ << "'capsule' size='" << solid.a << ' ' << solid.b << "'";
+        break;
+      default:
+        text_ << "'mesh' mesh='m" << number << "'";
+    }
+    text_ << "/></body>";
+  }
+  std::ostringstream text_;
+};
+
+class MujocoEngine : public Engine {
+ public:
+  static bool can_step(const Scene& scene) {
+    constexpr std::size_t kMostSolids = 300;
+    return scene.solids.size() <= kMostSolids &&
+           std::none_of(scene.solids.begin(), scene.solids.end(),
+                        [](const Solid& solid) { return solid.form == Form::Torus; });
+  }
+  explicit MujocoEngine(const Scene& scene) : scene_(scene) {
+    const std::string text = MujocoText(scene).str();
+    constexpr const char* kName = "scene.xml";
+    const auto files = std::make_unique<mjVFS>();
+    mj_defaultVFS(files.get());
+    mj_makeEmptyFileVFS(files.get(), kName, int(text.size()));
+    std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[0]));
+    std::array<char, 1000> error{};
+    model_.reset(mj_loadXML(kName, files.get(), error.data(), int(error.size())));
+    mj_deleteVFS(files.get());
+    if (!model_) throw std::runtime_error("MuJoCo: " + std::string(error.data()));
+    data_.reset(mj_makeData(model_.get()));
+  }
+  std::string name() const override { return "MuJoCo"; }
+  void step(Scalar /*h*/) override {
+    mj_step(model_.get(), data_.get());
+    for (const int full : {mjWARN_CONTACTFULL, mjWARN_CNSTRFULL}) {
+      if (data_->warning[full].number > 0) throw std::runtime_error("MuJoCo: too many contacts");
+    }
+  }
+  std::vector<RigidPose> poses() const override {
+    std::vector<RigidPose> result;
+    const mjtNum* q = data_->qpos;
+    for (const Solid& solid : scene_.solids) {
+      if (solid.is_fixed) {
+        result.push_back(solid.start);
+        continue;
+      }
+      result.emplace_back(Quaternion(q[3], q[4], q[5], q[6]).normalized(),
+                          Vector3(q[0], q[1], q[2]));
+      q += 7;
+    }
+    return result;
+  }
+
+ private:
+  struct Deleter {
+    void operator()(mjModel* model) const { mj_deleteModel(model); }
+    void operator()(mjData* data) const { mj_deleteData(data); }
+  };
+  const Scene& scene_;
+  std::unique_ptr<mjModel, Deleter> model_;
+  std::unique_ptr<mjData, Deleter> data_;
 };
 
 Solid box(const Vector3& half_extents, const RigidPose& start) {
@@ -840,6 +963,9 @@ int main(int argc, char** argv) {
     measure(scene, bullet, end, threads);
     OdeEngine ode(scene);
     measure(scene, ode, end, threads);
+    if (!MujocoEngine::can_step(scene)) continue;
+    MujocoEngine mujoco(scene);
+    measure(scene, mujoco, end, threads);
   }
   return 0;
 }
