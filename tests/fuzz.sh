@@ -15,7 +15,7 @@ seconds=$1
 shift
 build=build/fuzz
 if [ $# -eq 0 ]; then
-  set -- triangle_kernel motion_bounds mesh_query mesh_reader scene_reader record_reader
+  set -- triangle_kernel motion_bounds mesh_query mesh_reader scene_reader record_reader robot_reader
 fi
 
 cmake --preset fuzz >/dev/null

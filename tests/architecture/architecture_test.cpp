@@ -71,10 +71,11 @@ std::vector<fs::path> room_files(const std::vector<std::string>& folders) {
 // The ladder: a room may include itself and rooms of a lower level. Rooms of one level do not know
 // each other.
 const std::map<std::string, int> kLevel{
-    {"core", 0},   {"check", 0},    {"exact", 1},   {"hierarchy", 2}, {"geometry", 3},
-    {"motion", 3}, {"distance", 4}, {"paper", 5},   {"toi", 5},       {"contact", 6},
-    {"chain", 6},  {"dynamics", 7}, {"haptics", 7}, {"ompl", 7},      {"tissue", 8},
-    {"io", 9},     {"view", 10},    {"c", 11},      {"python", 11},   {"cli", 11}};
+    {"core", 0},     {"check", 0},  {"exact", 1},    {"adapters", 11}, {"hierarchy", 2},
+    {"geometry", 3}, {"motion", 3}, {"distance", 4}, {"paper", 5},     {"toi", 5},
+    {"contact", 6},  {"chain", 6},  {"dynamics", 7}, {"haptics", 7},   {"ompl", 7},
+    {"tissue", 8},   {"io", 9},     {"view", 10},    {"c", 11},        {"python", 11},
+    {"cli", 11}};
 
 bool may_include(const std::string& from, const std::string& to) {
   return from == to || kLevel.at(to) < kLevel.at(from);

@@ -52,7 +52,7 @@ const Link& link_of(const Robot& robot, const std::string& name) {
 }
 
 bool is_checked(const Robot& robot, const std::string& a, const std::string& b) {
-  const auto wanted =
+  const std::pair<std::size_t, std::size_t> wanted =
       std::minmax(robot.chain->find_link(a).value(), robot.chain->find_link(b).value());
   const auto pairs = robot.chain->self_pairs();
   return std::any_of(pairs.begin(), pairs.end(), [&](const KinematicChain::LinkPair& pair) {
