@@ -841,7 +841,8 @@ PlanarWitness start_of(const PolygonA& a, const PolygonB& b, const LinCannyCache
                    static_cast<std::size_t>(cache->b.number));
   }
   const Vector2 direction = middle(b) - middle(a);
-  return vertex_witness(a, farthest_along(a, direction), b, farthest_along(b, -direction));
+  return vertex_witness(a, static_cast<std::size_t>(farthest_along(a, direction)), b,
+                        static_cast<std::size_t>(farthest_along(b, -direction)));
 }
 
 template <typename PolygonA, typename PolygonB>

@@ -295,7 +295,7 @@ class RecordedPage {
     if (!impulses_.empty()) {
       const auto place = impulses_.begin() + std::ptrdiff_t(kOrdinary * double(impulses_.size()));
       std::nth_element(impulses_.begin(), place, impulses_.end());
-      whole.ordinary_impulse = *place;
+      whole.ordinary_impulse = Scalar(*place);
     }
     result.push_back(encoder_.span(whole));
     return result;

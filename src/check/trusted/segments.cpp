@@ -8,7 +8,7 @@ constexpr std::size_t kNodeNumbers = 13;
 constexpr std::size_t kChartNumbers = 9;
 constexpr double kOrthogonal = 1e-9;  // literal: entries of R^T R - 1
 constexpr double kLargestTurn = 2.5;  // radians between two samples; near pi the axis is uncertain
-constexpr int kMostNested = 50;       // motions within motions
+constexpr int kMostNestedMotions = 50;  // motions within motions
 
 using Kind = Segment::Kind;
 
@@ -104,7 +104,7 @@ class Prescribed {
   explicit Prescribed(const Vec& center_of_mass) : center_of_mass_(center_of_mass) {}
 
   std::vector<Segment> read(const Json& motion, int depth = 0) const {
-    if (depth > kMostNested) throw BadFile("a motion is nested too deeply");
+    if (depth > kMostNestedMotions) throw BadFile("a motion is nested too deeply");
     const std::string& kind = motion.at("kind").text;
     if (kind == "sequence") return sequence(motion, depth);
     if (kind == "sampled") return sampled(motion);

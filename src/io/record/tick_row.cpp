@@ -44,7 +44,7 @@ void copy_numbers(const From& from, To& to) {
 template <std::size_t kCount, typename Number>
 auto as_vector(const std::array<Number, kCount>& numbers) {
   Eigen::Matrix<Scalar, int(kCount), 1> v;
-  for (std::size_t k = 0; k < kCount; ++k) v[Eigen::Index(k)] = numbers[k];
+  for (std::size_t k = 0; k < kCount; ++k) v[Eigen::Index(k)] = Scalar(numbers[k]);
   return v;
 }
 
@@ -217,18 +217,18 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
   tick.tool.X_WT = RigidPose(q_WT.normalized(), as_vector(row.tool_p));
   std::copy(row.tool_angles.begin(), row.tool_angles.end(), tick.tool.angles.begin());
   tick.wrench = {as_vector(row.force), as_vector(row.torque)};
-  tick.energy_returned = row.energy_returned;
+  tick.energy_returned = Scalar(row.energy_returned);
   if (row.tissue_stopped.empty()) {
-    tick.tissue_stopped = row.tissue_lag;
+    tick.tissue_stopped = Scalar(row.tissue_lag);
   } else {
-    tick.tissue_stopped = row.tissue_stopped[0];
-    tick.tissue_lag = row.tissue_lag;
+    tick.tissue_stopped = Scalar(row.tissue_stopped[0]);
+    tick.tissue_lag = Scalar(row.tissue_lag);
   }
   for (std::size_t k = 0; k < row.lower.size(); ++k) {
     ToolClearance& clearance = tick.clearances.emplace_back();
-    clearance.lower = row.lower[k];
-    clearance.upper = row.upper[k];
-    clearance.time_to_breach = row.time_to_breach[k];
+    clearance.lower = Scalar(row.lower[k]);
+    clearance.upper = Scalar(row.upper[k]);
+    clearance.time_to_breach = Scalar(row.time_to_breach[k]);
     clearance.is_breached = clearance.upper < margins[k];
     if (row.nearest != k) continue;
     tick.nearest = k;

@@ -79,7 +79,7 @@ namespace {
 
 constexpr Scalar kWholeTurn = 2 * std::numbers::pi_v<Scalar>;
 
-constexpr Scalar kPitch = 0.4;  // of a right-handed thread
+constexpr Scalar kThreadPitch = 0.4;  // of a right-handed thread
 constexpr Scalar kRoot = 0.75;
 constexpr Scalar kCrest = 1;
 constexpr Scalar kPlay = 0.04;  // how much larger the radius of the nut's thread is
@@ -177,7 +177,7 @@ void add_thread(Mesh& mesh, const Thread& thread, const Ring& bottom, const Ring
       // Half a place up, so that no corner is on the ring.
       const Scalar turn = k / kTurn + corner.place + Scalar(i + 0.5) / kColumns;
       at[std::size_t(k)][std::size_t(i)] =
-          mesh.add(radius_at(thread, corner, turn), i, kPitch * turn);
+          mesh.add(radius_at(thread, corner, turn), i, kThreadPitch * turn);
     }
   }
   for (std::size_t i = 0; i + 1 < kColumns; ++i) {
@@ -210,7 +210,7 @@ std::string bolt_obj(int turns) {
   const Ring under = add_hexagon(mesh, kHead, -kHeadHeight);
   const Ring head = add_hexagon(mesh, kHead, 0);
   const Ring neck = add_circle(mesh, kRoot, 0);
-  const Ring end = add_circle(mesh, kRoot, kPitch * turns);
+  const Ring end = add_circle(mesh, kRoot, kThreadPitch * turns);
   close(mesh, under, false);
   join(mesh, under, head);
   join(mesh, head, neck);
@@ -222,7 +222,7 @@ std::string bolt_obj(int turns) {
 std::string nut_obj(int turns) {
   constexpr Scalar kCorner = 1.7;
   Mesh mesh;
-  const Scalar height = kPitch * turns;
+  const Scalar height = kThreadPitch * turns;
   const Ring outer_bottom = add_hexagon(mesh, kCorner, 0);
   const Ring outer_top = add_hexagon(mesh, kCorner, height);
   const Ring bottom = add_circle(mesh, kCrest + kPlay, 0);
@@ -245,7 +245,7 @@ GeneratedScene make_bolt(int n) {
   builder.add_mesh("nut.obj", nut_obj(kNutTurns));
   builder.add_static_body("bolt", mesh_shape("bolt.obj"), Vector3::Zero());
   // Turned and lifted by whole turns, the threads are in the middle of their play.
-  builder.add_body("nut", mesh_shape("nut.obj"), {0, 0, kPitch * n});
+  builder.add_body("nut", mesh_shape("nut.obj"), {0, 0, kThreadPitch * n});
   builder.set_friction(0.1);
   builder.root()["forces"]["wrenches"] = {{{"body", "nut"}, {"torque", {0, 0, -40000}}}};
   return builder.finish();

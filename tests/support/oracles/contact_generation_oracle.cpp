@@ -14,7 +14,7 @@ namespace {
 using Wide = long double;
 
 Point<Wide> wide(const Vector3& p) {
-  return {p.x(), p.y(), p.z()};
+  return {Wide(p.x()), Wide(p.y()), Wide(p.z())};
 }
 
 PointTriangle<Wide> wide(const Triangle& t) {
