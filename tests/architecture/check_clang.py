@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A second compiler reads every source of the library, and what tests share, without making code of
+"""A second compiler reads the library, the fuzz targets and what tests share, without making code of
 it. Its warnings are errors, so that tests/sanitize.sh and tests/fuzz.sh, which use it, build.
 
 Usage: check_clang.py BUILD_FOLDER
@@ -47,7 +47,8 @@ def main(build):
         return 77
     entries = json.loads((Path(build) / "compile_commands.json").read_text())
     unwanted = ("cmake_pch.hxx.cxx", ".h.cxx")  # headers: tests/sanitize.sh compiles each alone
-    folders = (f"{os.sep}src{os.sep}", f"{os.sep}tests{os.sep}support{os.sep}")
+    folders = [f"{os.sep}{os.path.join(*parts)}{os.sep}"
+               for parts in (["src"], ["tests", "support"], ["tests", "fuzz"])]
     library = [e for e in entries
                if any(f in e["file"] for f in folders) and not e["file"].endswith(unwanted)]
     if len(library) < 10:

@@ -270,8 +270,9 @@ bool register_all() {
     for (const auto& [solver, name] :
          {std::pair(fcl::CCDC_NAIVE, ", naive"),
           std::pair(fcl::CCDC_CONSERVATIVE_ADVANCEMENT, ", conservative advancement")}) {
-      benchmark::RegisterBenchmark((which + name).c_str(),
-                                   [=](benchmark::State& state) { run_fcl(state, solver, rate); })
+      benchmark::RegisterBenchmark(
+          (which + name).c_str(),
+          [rate, solver = solver](benchmark::State& state) { run_fcl(state, solver, rate); })
           ->Iterations(1)
           ->Unit(benchmark::kMillisecond);
     }

@@ -137,7 +137,7 @@ Scalar bullet_distance(const TrianglePair& pair) {
   input.m_transformB.setIdentity();
   btPointCollector result;
   detector.getClosestPoints(input, result, nullptr);
-  return result.m_hasResult ? Scalar{result.m_distance} : 0;
+  return result.m_hasResult ? Scalar(result.m_distance) : 0;
 }
 
 using benchmark::Counter;

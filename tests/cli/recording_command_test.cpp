@@ -181,7 +181,7 @@ TEST_F(RecordingCommands, InfoWritesAllOfItAsJsonLines) {
     }
     if (record.at("record") != "step") continue;
     EXPECT_EQ(record.at("t")[0], t);  // without a gap
-    for (int k = 0; k < 5; ++k) {
+    for (std::size_t k = 0; k < 5; ++k) {
       const Scalar time = record.at("t")[k];
       EXPECT_EQ(record.at("states")[k][0][2], reader.pose(BodyId(0), time).translation().z());
     }

@@ -38,9 +38,9 @@ struct Measured {
 
 std::function<Wide(const WideVector&)> lowest_vertex(std::vector<Vector3> vertices, Scalar radius) {
   return [vertices = std::move(vertices), radius](const WideVector& n) {
-    Wide least = kInfinity;
+    Wide least = Wide(kInfinity);
     for (const Vector3& v : vertices) least = std::min(least, n.dot(v.cast<Wide>()));
-    return least - radius;
+    return least - Wide(radius);
   };
 }
 
@@ -52,8 +52,8 @@ Measured of_mesh(const MeshArrays& arrays) {
 std::vector<Measured> measured_shapes(Scalar s) {
   const Vector3 half(s, 0.5 * s, 0.2 * s);
   const WideVector wide = half.cast<Wide>();
-  const Wide r = 0.3 * s;
-  const Wide h = 0.8 * s;
+  const Wide r = Wide(0.3 * s);
+  const Wide h = Wide(0.8 * s);
   const auto across = [](const WideVector& n) { return std::hypot(n.x(), n.y()); };
   std::vector<Measured> shapes{
       {std::make_shared<Sphere>(s), [=](const WideVector&) { return -Wide(s); }},

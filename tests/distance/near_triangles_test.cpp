@@ -38,12 +38,13 @@ TEST(NearTriangles, AreThoseOfAllPairs) {
       for (std::int32_t s = 0; s < 24; ++s) {
         for (std::int32_t t = 0; t < 24; ++t) {
           const OracleDistance exact = oracle_triangle_distance(a.triangle(s), b.triangle(t));
-          const bool is_near = reach > 0 ? exact.upper() <= reach
+          const bool is_near = reach > 0 ? exact.upper() <= static_cast<long double>(reach)
                                          : oracle_triangles_intersect(a.triangle(s), b.triangle(t));
           near += is_near;
           const bool is_listed = pairs.count({s, t}) > 0;
           EXPECT_TRUE(is_listed || !is_near) << s << ' ' << t;
-          EXPECT_TRUE(!is_listed || exact.lower() <= reach + 1e-12L) << s << ' ' << t;
+          EXPECT_TRUE(!is_listed || exact.lower() <= static_cast<long double>(reach) + 1e-12L)
+              << s << ' ' << t;
         }
       }
       EXPECT_GT(near, 2);

@@ -149,7 +149,7 @@ TEST(ScaledShape, RefusesWhatItCannotKeep) {
   };
   const Sphere ball(1);
   EXPECT_NE(message(ball, {1, 0, 1}).find("not zero, not (1 0 1)"), std::string::npos);
-  EXPECT_NE(message(ball, {1, NAN, 1}).find("must be finite"), std::string::npos);
+  EXPECT_NE(message(ball, {1, std::nan(""), 1}).find("must be finite"), std::string::npos);
   EXPECT_NE(message(ball, {1e300, 1, 1}).find("1e+300"), std::string::npos);
   EXPECT_NE(message(Capsule(1, 2), {1, 1, 2}).find("cannot be scaled by (1 1 2)"),
             std::string::npos);

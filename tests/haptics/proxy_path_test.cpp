@@ -212,12 +212,12 @@ void run(std::uint64_t seed, int ticks, Cuts cuts) {
 }
 
 TEST(ProxyPath, NeverPassesTissueNorBreachesAMarginOverWildStrokes) {
-  for (const std::uint64_t seed : {1, 2, 3}) run(seed, 150, Cuts::Sometimes);
+  for (const std::uint64_t seed : {1U, 2U, 3U}) run(seed, 150, Cuts::Sometimes);
 }
 
 // A clock that counts pieces of work in place of time.
 TEST(ProxyPath, NeverUnsafeWhereverATickIsCutOff) {
-  for (const std::uint64_t seed : {4, 5}) run(seed, 100, Cuts::Always);
+  for (const std::uint64_t seed : {4U, 5U}) run(seed, 100, Cuts::Always);
 }
 
 // A tick in which the tool is driven at a swelling organ, or at a region at rest, far past what its

@@ -68,7 +68,7 @@ struct Case {
   Wide height(const RigidPose& X_WP, const RigidPose& X_WC) const {
     const WideMatrix R = X_WP.rotation().cast<Wide>();
     const WideVector n = R * plane.normal().cast<Wide>();
-    Wide least = kInfinity;
+    Wide least = Wide(kInfinity);
     for (std::size_t k = 0; k < body->vertices.size(); ++k) {
       const WideVector p = X_WC.rotation().cast<Wide>() * body->vertices[k].cast<Wide>() +
                            X_WC.translation().cast<Wide>() - X_WP.translation().cast<Wide>();
@@ -184,7 +184,7 @@ class Soak {
  private:
   static Wide noise_of(const Case& c) {
     const Scalar size = c.X_WA.translation().norm() + c.X_WB.translation().norm() + 4;
-    return 4 * kPoseNoise * size;
+    return Wide(4 * kPoseNoise * size);
   }
   void expect(bool is_right, const char* what) {
     if (is_right) return;

@@ -239,17 +239,19 @@ ConvexCase random_convex(Scalar size, std::mt19937_64& random) {
               }};
     case 3:
       return {std::make_shared<Capsule>(r, h), [r, h, rho](const RealVector& p) {
-                return std::max(std::hypot(rho(p), beyond(p.z(), h)) - Real(r), Real(0));
+                return std::max(std::hypot(rho(p), beyond(p.z(), Real(h))) - Real(r), Real(0));
               }};
     case 4:
       return {std::make_shared<Cylinder>(r, h),
               [r, h, rho](const RealVector& p) {
-                return std::hypot(beyond(rho(p), r), beyond(p.z(), h));
+                return std::hypot(beyond(rho(p), Real(r)), beyond(p.z(), Real(h)));
               },
               true};
     case 5:
-      return {std::make_shared<Cone>(r, h),
-              [r, h, rho](const RealVector& p) { return from_cone(rho(p), p.z(), r, h); }, true};
+      return {
+          std::make_shared<Cone>(r, h),
+          [r, h, rho](const RealVector& p) { return from_cone(rho(p), p.z(), Real(r), Real(h)); },
+          true};
     default:
       return {std::make_shared<Ellipsoid>(v),
               [w](const RealVector& p) { return from_ellipsoid(p, w); }, true};

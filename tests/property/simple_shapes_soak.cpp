@@ -286,7 +286,7 @@ void examine(const Case& a, const Case& b, Tally& tally) {
   const Real width = Real(result.upper - result.lower) / noise;
   tally.widest = std::max(tally.widest, width);
   const bool is_undecided =
-      result.status == DistanceStatus::Inconclusive && result.upper > 3 * noise;
+      result.status == DistanceStatus::Inconclusive && Real(result.upper) > 3 * noise;
   if (width > 5 || is_undecided) ++tally.loose;
 }
 

@@ -124,7 +124,9 @@ TEST(MotionRefusal, TimeOfImpactOfEveryKindOfShape) {
       {&mesh, &mesh}, {&sphere, &sphere}, {&mesh, &sphere}};
   for (const Lie& lie : kLies) {
     const UserMotion motion = liar(lie);
-    for (const auto& [a, b] : pairs) {
+    for (const auto& pair : pairs) {
+      const Shape* a = pair.first;
+      const Shape* b = pair.second;
       const auto as_b = [&] { time_of_impact(*a, at_rest, *b, motion, kLieInterval); };
       expect_refusal(message_of(as_b), "time_of_impact: the motion of B", lie);
       const auto as_a = [&] { time_of_impact(*b, motion, *a, at_rest, kLieInterval); };

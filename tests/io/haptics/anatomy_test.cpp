@@ -80,7 +80,7 @@ TEST(Anatomy, TheLiverHasOneShapeForAllNumbersOfTriangles) {
 }
 
 TEST(Anatomy, VesselsAndInstrumentsAreClosedAndOfTheSizeAskedFor) {
-  for (const std::size_t triangles : {400, 3000, 30000}) {
+  for (const std::size_t triangles : {400U, 3000U, 30000U}) {
     check_rings(make_vessel(triangles), triangles);
     check_rings(make_shaft(triangles, 2.5, 250), triangles);
     check_rings(make_jaw(triangles, 2.4, 18), triangles);

@@ -87,7 +87,7 @@ TEST(RecordingDamage, AFileHasOneWriter) {
 TEST(RecordingDamage, ARunWithoutSpaceFailsAndDoesNotLookWhole) {
   const TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.h5";
-  for (const rlim_t bytes : {1'000, 30'000, 100'000, 300'000}) {
+  for (const rlim_t bytes : {1'000U, 30'000U, 100'000U, 300'000U}) {
     const pid_t child = fork();
     if (child == 0) {
       ::signal(SIGXFSZ, SIG_IGN);

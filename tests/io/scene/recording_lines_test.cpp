@@ -53,14 +53,15 @@ TEST_F(RecordingLines, HoldEveryNumberExactly) {
   EXPECT_EQ(records[3].at("toi").at("t_safe"), impact.toi.t_safe);
   EXPECT_EQ(records[3].at("contacts")[0].at("impulse_W")[2], impact.contacts[0].impulse_W.z());
   const auto motion = testing::small_motion();
-  for (int k = 0; k < 5; ++k) {
+  for (std::size_t k = 0; k < 5; ++k) {
     const Scalar t = records[2].at("t")[k];
     const MotionState state = motion->state(t);
     const Json& row = records[2].at("states")[k][0];
-    for (int i = 0; i < 3; ++i) {
-      EXPECT_NEAR(row[i], state.X_WB.translation()[i], 1e-15);
-      EXPECT_NEAR(row[7 + i], state.twist.v_WB[i], 1e-14);
-      EXPECT_NEAR(row[10 + i], state.twist.w_WB[i], 1e-14);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = Eigen::Index(i);
+      EXPECT_NEAR(row[i], state.X_WB.translation()[axis], 1e-15);
+      EXPECT_NEAR(row[7 + i], state.twist.v_WB[axis], 1e-14);
+      EXPECT_NEAR(row[10 + i], state.twist.w_WB[axis], 1e-14);
     }
   }
 }

@@ -89,7 +89,7 @@ std::vector<std::pair<std::int32_t, std::int32_t>> near_pairs(const Walk& walk, 
 
 TEST(PairFront, CarriesTrueBoundsAlongAWalk) {
   int separated = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     Walk walk(seed);
     PairFront front(seed <= 2 ? kFewNodes : PairFront::kMostNodes);
     BoxPair nothing{};
@@ -151,7 +151,7 @@ void expect_true_bounds(const StandingPair& sides, std::int32_t a, std::int32_t 
 
 TEST(PairFront, HandsOutEveryPairWithinReach) {
   std::size_t most = 0;
-  for (const std::uint64_t seed : {5, 6}) {
+  for (const std::uint64_t seed : {5U, 6U}) {
     Walk walk(seed);
     PairFront front(seed == 5 ? kFewNodes : PairFront::kMostNodes);
     for (int k = 0; k < 40; ++k) {
@@ -236,7 +236,7 @@ std::vector<std::pair<std::int32_t, std::int32_t>> mattering_pairs(
 
 TEST(PairFront, HandsOutWhatMattersForAnExpectedMotion) {
   std::size_t found_in_all = 0, within_reach = 0, wanted_in_all = 0;
-  for (const std::uint64_t seed : {11, 12, 13}) {
+  for (const std::uint64_t seed : {11U, 12U, 13U}) {
     Walk walk(seed);
     PairFront front;
     for (int k = 0; k < 40; ++k) {
