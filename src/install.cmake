@@ -132,9 +132,7 @@ if(TARGET dyop_cli)
     install(TARGETS dyop_check RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   endif()
 endif()
-# Headers alone, each for a host that the build does not need.
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/dyop/adapters DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyop)
-
+include(adapters/CMakeLists.txt)
 if(PROJECT_IS_TOP_LEVEL)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md
           DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -64,8 +64,8 @@ class MujocoGeoms {
                           options);
   }
 
-  /// In place of MuJoCo's mj_geomDistance(): the signed distance of two geoms, at most `most`. It is
-  /// never above the true one; minus the penetration depth of convex geoms that overlap (through
+  /// In place of MuJoCo's mj_geomDistance(): the signed distance of two geoms, at most `most`. It
+  /// is never above the true one; minus the penetration depth of convex geoms that overlap (through
   /// libccd, without proof), 0 for others.
   /// @param fromto Null, or six numbers: from a point on geom1 to one on geom2; zero if they are
   ///               farther apart than `most`.
