@@ -46,6 +46,7 @@ void require_valid(const WorldOptions& options) {
                options.thread_count);
   DYOP_REQUIRE(options.policy != ImpactPolicy::Callback || options.on_impact,
                "World: policy Callback needs on_impact");
+  dyop::require_valid(options.solver);
 }
 
 void require_two(BodyId a, BodyId b) {

@@ -353,6 +353,9 @@ TEST(World, RefusesBadCallsNamingTheValue) {
   WorldOptions options;
   options.target_distance = -1;
   EXPECT_NE(message_of([&] { World bad(options); }).find("target_distance"), std::string::npos);
+  options = {};
+  options.solver.newton_limit = -3;
+  EXPECT_EQ(message_of([&] { World bad(options); }), "newton_limit must be >= 0, not -3");
 }
 
 TEST(World, NamesTheBodyWhoseWrenchIsNotFinite) {

@@ -46,6 +46,9 @@ struct ContactSolverOptions {
   Interrupt* interrupt = nullptr;
 };
 
+/// @throws InvalidArgument naming the option that is out of its range.
+void require_valid(const ContactSolverOptions& options);
+
 /// What a solver achieved. The residual is a velocity, length per time: the largest value over all
 /// contacts and rows of |w J - P(w J - u~)|. Here J is the impulse, w the trace of the contact's
 /// own mobility matrix (velocity per impulse), P the projection onto the set of admissible impulses

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "contact/solver/contact_system.h"
 #include "core/tolerance.h"
@@ -88,26 +89,28 @@ void check_problem(const ContactProblem& problem) {
   }
 }
 
-void check_options(const ContactSolverOptions& options) {
-  DYOP_REQUIRE(options.tolerance > 0 && std::isfinite(options.tolerance),
-               "tolerance must be finite and > 0, not ", options.tolerance);
-  for (const int limit :
-       {options.sweep_limit, options.few_contacts, options.few_sweep_limit, options.newton_limit,
-        options.admm_limit, options.patience, options.cascade_rounds, options.restart_contacts,
-        options.friction_steps, options.scattered_starts}) {
-    DYOP_REQUIRE(limit >= 0, "limits must be >= 0, not ", limit);
-  }
-}
-
 }  // namespace dyop::contact_internal
 
 namespace dyop {
 
+void require_valid(const ContactSolverOptions& options) {
+  DYOP_REQUIRE(options.tolerance > 0 && std::isfinite(options.tolerance),
+               "tolerance must be finite and > 0, not ", options.tolerance);
+  const std::pair<const char*, int> limits[] = {
+      {"sweep_limit", options.sweep_limit},         {"few_contacts", options.few_contacts},
+      {"few_sweep_limit", options.few_sweep_limit}, {"newton_limit", options.newton_limit},
+      {"admm_limit", options.admm_limit},           {"patience", options.patience},
+      {"cascade_rounds", options.cascade_rounds},   {"restart_contacts", options.restart_contacts},
+      {"friction_steps", options.friction_steps},   {"scattered_starts", options.scattered_starts}};
+  for (const auto& [name, limit] : limits) {
+    DYOP_REQUIRE(limit >= 0, name, " must be >= 0, not ", limit);
+  }
+}
 ContactSolver::ContactSolver() : system_(std::make_unique<contact_internal::ContactSystem>()) {}
 ContactSolver::~ContactSolver() = default;
 
 ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverOptions& options) {
-  contact_internal::check_options(options);
+  require_valid(options);
   contact_internal::ContactSystem& system = *system_;
   system.build(problem);
   ContactReport report;

@@ -15,7 +15,6 @@ namespace dyop::contact_internal {
 // Throw InvalidArgument, naming the value, for input that contact_problem.h and contact_solver.h do
 // not allow.
 void check_problem(const ContactProblem& problem);
-void check_options(const ContactSolverOptions& options);
 void check_friction(Scalar friction, std::size_t contact);
 
 /// G y: a block's relative velocity, or its change, without what is free and compliance. A joint's
