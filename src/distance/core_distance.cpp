@@ -526,6 +526,7 @@ void add_radii(const CorePoints& points, Scalar radius_a, Scalar radius_b, Scala
   // Along the witness segment, so that the points are no farther apart than `upper`. For
   // overlapping shapes, a point in both.
   const Scalar share = points.length > radii ? 1 / points.length : 1 / radii;
+  if (!(share < kInfinity)) return;  // radii below the smallest normal numbers move no point
   const Vector3 v = points.p_b - points.p_a;
   result.p_a += (radius_a * share) * v;
   result.p_b -= (radius_b * share) * v;

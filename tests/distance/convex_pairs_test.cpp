@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -107,6 +108,43 @@ TEST(ConvexPairs, AnyCacheWillDo) {
     const RigidPose X_WB(random_rotation(random),
                          random_number(0, 4, random) * random_direction(random));
     expect_proven({*a, X_WA}, {*b, X_WB}, &cache, random);
+  }
+}
+
+// Null if rounding to so small a size leaves nothing of it.
+std::unique_ptr<ConvexShape> made(const ShapeMaker& maker, Scalar size) {
+  try {
+    return maker.make(size);
+  } catch (const InvalidArgument&) {
+    return nullptr;
+  }
+}
+
+// Of shapes of a few times the smallest number, too, also where they overlap.
+TEST(ConvexPairs, WitnessesOfTheSmallestShapesAreFinite) {
+  constexpr Scalar kTiny = std::numeric_limits<Scalar>::denorm_min();
+  for (const ShapeMaker& small : all_shapes()) {
+    for (const Scalar size : {kTiny, 3 * kTiny, 1e-310, 1e-300}) {
+      const auto a = made(small, size);
+      if (!a) continue;
+      for (const ShapeMaker& other : all_shapes()) {
+        for (const Scalar size_b : {size, Scalar(1)}) {
+          const auto b = made(other, size_b);
+          if (!b) continue;
+          for (const Scalar x : {0.0, kTiny, size, 0.1}) {
+            const RigidPose X_WB(Vector3(x, 0, 0));
+            for (const bool is_turned : {false, true}) {
+              const DistanceResult result = is_turned ? distance(*b, X_WB, *a, RigidPose())
+                                                      : distance(*a, RigidPose(), *b, X_WB);
+              ASSERT_LE(result.lower, result.upper) << small.name << ' ' << other.name;
+              ASSERT_TRUE(result.p_WCa.allFinite() && result.p_WCb.allFinite())
+                  << small.name << ' ' << size << ' ' << other.name << ' ' << size_b << ' ' << x;
+              ASSERT_NEAR(result.nhat_AB_W.norm(), 1, 1e-14);
+            }
+          }
+        }
+      }
+    }
   }
 }
 
