@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/point_search.h"
 #include "dyop/distance/triangle_distance.h"
@@ -567,7 +568,9 @@ HalfSpaceGap gap_above(const Vector3& normal, Scalar offset, const ConvexShape& 
   const HalfSpace* other = as_half_space(shape);
   const Scalar size = other ? std::abs(other->offset()) : shape.bounding_radius();
   // literal: more than all underflow, for shapes as small as the smallest numbers.
-  gap.noise = kPoseNoise * (X_FS.translation().norm() + size + std::abs(offset)) + 0x1p-1064;
+  gap.noise =
+      kPoseNoise * (core_internal::scaled_norm(X_FS.translation()) + size + std::abs(offset)) +
+      0x1p-1064;
   return gap;
 }
 
@@ -583,7 +586,8 @@ std::optional<HalfSpaceGap> half_space_gap(const ConvexShape& a, const ConvexSha
   const Vector3 normal = X_AB.rotation() * plane->normal();
   const Scalar along = normal.dot(X_AB.translation());
   HalfSpaceGap gap = gap_above(normal, plane->offset() + along, a, RigidPose());
-  gap.noise += kPoseNoise * (X_AB.translation().norm() + std::abs(plane->offset()));
+  gap.noise +=
+      kPoseNoise * (core_internal::scaled_norm(X_AB.translation()) + std::abs(plane->offset()));
   gap.is_of_b = true;
   return gap;
 }

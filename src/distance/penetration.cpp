@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
 #include "dyop/distance/gjk.h"
@@ -60,7 +61,8 @@ class DepthSearch {
       : a_(a),
         b_(b),
         X_AB_(X_AB),
-        scale_(X_AB.translation().norm() + a.bounding_radius() + b.bounding_radius()) {}
+        scale_(core_internal::scaled_norm(X_AB.translation()) + a.bounding_radius() +
+               b.bounding_radius()) {}
 
   void try_direction(const Vector3& direction_A) {
     const Scalar norm = direction_A.norm();

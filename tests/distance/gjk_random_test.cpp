@@ -215,5 +215,30 @@ TEST(Gjk, BoundsTheDistanceOfDenormalShapes) {
   }
 }
 
+// Where squares of coordinates underflow, the allowance for rounding must not be lost with them.
+TEST(Gjk, BoundsTheDistanceWhereSquaresUnderflow) {
+  std::mt19937_64 random(3);
+  constexpr Scalar kTiny = std::numeric_limits<Scalar>::denorm_min();
+  const ConvexHull points({kTiny * Vector3(-1, -3, 3), kTiny * Vector3(2, 1, 0)});
+  for (const Scalar size : {1e-300, 1e-240, 1e-170, 1e-150}) {
+    const ConvexHull hull(
+        {size * Vector3(1, 0, 0), size * Vector3(0, 1, 0), size * Vector3(0, 0, 1)});
+    for (int k = 0; k < 3000; ++k) {
+      const RigidPose X_AB(
+          testing::random_rotation(random),
+          size * testing::random_number(1e-3, 3, random) * testing::random_direction(random));
+      for (const ConvexHull* b : {&points, &hull}) {
+        const GjkResult result = gjk_distance(points, *b, X_AB);
+        ASSERT_LE(result.lower, result.upper) << size;
+        if (b == &points) {  // as good as two points
+          const Scalar exact = size * (X_AB.translation() / size).norm();
+          ASSERT_LE(result.lower, exact + 10 * kTiny);
+          ASSERT_GE(result.upper, exact - 10 * kTiny);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dyop
