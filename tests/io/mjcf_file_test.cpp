@@ -186,6 +186,18 @@ TEST_F(MjcfFile, ChecksThePairsThatMujocoChecks) {
   EXPECT_TRUE(is_checked(all, "a", "b"));
 }
 
+TEST_F(MjcfFile, PlanesOfBodiesThatRestAreLinksOfTheirOwn) {
+  const Robot robot = load_world(R"(<body name="table" pos="0 0 1" euler="90 0 0">
+      <geom name="top" type="plane" size="1 1 1"/><geom size=".1"/></body>
+      <body name="a" pos="0 -3 0"><freejoint/><geom size=".1"/></body>)");
+  const RigidPose X_WP =
+      robot.chain->link_poses(JointVector::Zero(6))[robot.chain->find_link("top").value()];
+  EXPECT_LT((X_WP.rotation().col(2) - Vector3(0, -1, 0)).norm(), 1e-15);
+  EXPECT_EQ(X_WP.translation(), Vector3(0, 0, 1));
+  EXPECT_TRUE(is_checked(robot, "top", "a"));
+  EXPECT_FALSE(is_checked(robot, "top", "table"));
+}
+
 TEST_F(MjcfFile, ChecksExplicitPairsOfGeomsThatNothingElseTouches) {
   const Robot robot = load(R"(<default><geom size=".1" contype="0" conaffinity="0"/></default>
     <worldbody><geom name="floor" type="plane" size="1 1 1"/>
@@ -233,7 +245,8 @@ TEST_F(MjcfFile, NamesWhatIsWrong) {
   expect_world_message(body + "<joint range='1 0'/></body>", "range");
   expect_world_message(body + "<joint limited='true'/></body>", "'range'");
   expect_world_message(body + "<joint type='screw'/></body>", "type: expected hinge");
-  expect_world_message(body + "<geom type='plane' size='1 1 1'/></body>", "fixed to the world");
+  expect_world_message(body + "<joint/><geom type='plane' size='1 1 1'/></body>",
+                       "fixed to the world");
   expect_world_message(body + "</body><body name='a'/>", "second link");
   expect_world_message("<replicate count='3'><geom size='1'/></replicate>", "generate bodies");
   expect_message("<worldbody>" + body +

@@ -90,8 +90,8 @@ class MjcfReader {
   void add_body(const XmlNode& node, const BodyContent& content, std::size_t number, int depth);
   Scalar add_geoms(const BodyContent& content, std::size_t number, Link& link);
   Scalar mass_of(const MjcfElement& geom, const Shape* shape, const std::string& body);
-  void add_plane(const MjcfElement& geom, const ContactMask& mask, const Link& plane,
-                 const RigidPose& X_WG);
+  void add_plane(const MjcfElement& geom, const ContactMask& mask, std::size_t body, Link plane,
+                 const RigidPose& X_BG);
   void add_joints(const BodyContent& content, const std::string& parent, const std::string& body,
                   RigidPose X_LB);
   void add_joint(const BodyContent::Placed& placed, Joint joint);
@@ -317,16 +317,17 @@ Scalar MjcfReader::mass_of(const MjcfElement& geom, const Shape* shape, const st
 }
 
 // A plane has no end, so it cannot be part of a compound: each is a link of its own.
-void MjcfReader::add_plane(const MjcfElement& geom, const ContactMask& mask, const Link& plane,
-                           const RigidPose& X_WG) {
+void MjcfReader::add_plane(const MjcfElement& geom, const ContactMask& mask, std::size_t body,
+                           Link plane, const RigidPose& X_BG) {
+  if (bodies_[body].weld != 0) geom.node().fail("expected a plane to be fixed to the world");
   Joint joint;
   joint.name = joint.child = plane.name;
   joint.type = JointType::Fixed;
-  joint.parent = bodies_[0].link;
-  joint.X_PJ = X_WG;
-  parts_.add_link(geom.node(), plane, 0);
+  joint.parent = bodies_[body].link;
+  joint.X_PJ = X_BG;
+  bodies_.push_back({plane.name, body, 0, {mask}});
+  parts_.add_link(geom.node(), std::move(plane), 0);
   parts_.add_joint(joint);
-  bodies_.push_back({plane.name, 0, 0, {mask}});
 }
 
 // The shape of what collides of a body's geoms, and the mass of all.
@@ -345,14 +346,12 @@ Scalar MjcfReader::add_geoms(const BodyContent& content, std::size_t number, Lin
     const bool is_read = collides || geom.text_or("type", "sphere") != "mesh";
     const std::shared_ptr<const Shape> shape = is_read ? read_geom(geom, X_FG) : nullptr;
     const bool is_plane = shape && as_half_space(*shape) != nullptr;
-    if (is_plane && number != 0) geom.node().fail("expected a plane to be fixed to the world");
-    if (!content.mass && number != 0) mass += mass_of(geom, shape.get(), link.name);
+    if (!content.mass && number != 0 && !is_plane) mass += mass_of(geom, shape.get(), link.name);
     if (!collides) continue;
     const RigidPose X_BG = placed.X_BF * X_FG;
     if (paired != explicit_geoms_.end()) paired->second = is_plane ? bodies_.size() : number;
     if (is_plane) {
-      const Link plane{parts_.free_name(geom.text_or("name", "plane")), shape};
-      add_plane(geom, mask, plane, X_BG);
+      add_plane(geom, mask, number, {parts_.free_name(geom.text_or("name", "plane")), shape}, X_BG);
       continue;
     }
     if (const auto* mesh = dynamic_cast<const TriangleMesh*>(shape.get())) {
