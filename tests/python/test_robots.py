@@ -11,6 +11,7 @@ import pytest
 
 import dyop
 from conftest import fields_equal
+from dyop._view import _robot_bodies
 
 BOX = '<collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
 ROBOT = f"""<robot name="reacher">
@@ -234,6 +235,10 @@ def test_a_model_of_mujoco(tmp_path):
         assert each.chain.checked_pairs == [("floor", "post")]
         (pair,) = dyop.decide_link_pairs(each)
         assert pair.verdict == dyop.PairVerdict.Never
+    path = dyop.JointPath.linear([0, 1], [[-1.0], [1.0]])
+    floor, post = _robot_bodies(robot, path)
+    assert isinstance(floor[2], dyop.RigidPose)  # what rests is drawn as ground
+    assert isinstance(post[2], dyop.LinkMotion)
 
 
 def test_a_moving_base(tmp_path):
