@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/point_search.h"
 #include "dyop/distance/triangle_distance.h"
@@ -569,8 +568,7 @@ HalfSpaceGap gap_above(const Vector3& normal, Scalar offset, const ConvexShape& 
   const Scalar size = other ? std::abs(other->offset()) : shape.bounding_radius();
   // literal: more than all underflow, for shapes as small as the smallest numbers.
   gap.noise =
-      kPoseNoise * (core_internal::scaled_norm(X_FS.translation()) + size + std::abs(offset)) +
-      0x1p-1064;
+      kPoseNoise * (length_for_noise(X_FS.translation()) + size + std::abs(offset)) + 0x1p-1064;
   return gap;
 }
 
@@ -586,8 +584,7 @@ std::optional<HalfSpaceGap> half_space_gap(const ConvexShape& a, const ConvexSha
   const Vector3 normal = X_AB.rotation() * plane->normal();
   const Scalar along = normal.dot(X_AB.translation());
   HalfSpaceGap gap = gap_above(normal, plane->offset() + along, a, RigidPose());
-  gap.noise +=
-      kPoseNoise * (core_internal::scaled_norm(X_AB.translation()) + std::abs(plane->offset()));
+  gap.noise += kPoseNoise * (length_for_noise(X_AB.translation()) + std::abs(plane->offset()));
   gap.is_of_b = true;
   return gap;
 }

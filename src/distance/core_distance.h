@@ -10,6 +10,12 @@
 
 namespace dyop::distance_internal {
 
+/// |v|, or more where its square underflows: an allowance for rounding must not be lost with it.
+inline Scalar length_for_noise(const Vector3& v) {
+  const Scalar norm = v.norm();
+  return norm > 0x1p-500 ? norm : v.lpNorm<1>();  // literal: its square is far from underflow
+}
+
 /// Where the two shapes stand: the axes of both in one frame F, and the vector between their
 /// origins. The origin of the answers is that of A.
 struct CorePlaces {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
 #include "dyop/distance/gjk.h"
@@ -61,7 +60,7 @@ class DepthSearch {
       : a_(a),
         b_(b),
         X_AB_(X_AB),
-        scale_(core_internal::scaled_norm(X_AB.translation()) + a.bounding_radius() +
+        scale_(distance_internal::length_for_noise(X_AB.translation()) + a.bounding_radius() +
                b.bounding_radius()) {}
 
   void try_direction(const Vector3& direction_A) {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/assert.h"
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
 #include "distance/gjk/triangle_core.h"
@@ -132,9 +131,8 @@ WitnessPair witness_pair(const PieceDistance& piece, const ShapeTree& a, std::in
 }
 
 Scalar pose_noise(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB) {
-  return kPoseNoise *
-         (core_internal::scaled_norm(X_WA.translation()) +
-          core_internal::scaled_norm(X_WB.translation()) + posed_size(a) + posed_size(b));
+  return kPoseNoise * (length_for_noise(X_WA.translation()) + length_for_noise(X_WB.translation()) +
+                       posed_size(a) + posed_size(b));
 }
 
 }  // namespace dyop::distance_internal

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/batch_run.h"
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
+#include "distance/core_distance.h"
 #include "distance/gjk/triangle_core.h"
 #include "distance/piece_distance.h"
 #include "distance/point_search.h"
@@ -162,8 +162,8 @@ PointDistance answer_point(const Shape& shape, const RigidPose& X_WS, const Vect
   const Vector3 p_S = X_WS.inverse() * p_W;
   const HalfSpace* half_space = as_half_space(shape);
   const Scalar size = half_space ? std::abs(half_space->offset()) : shape.bounding_radius();
-  const Scalar noise = kPoseNoise * (core_internal::scaled_norm(X_WS.translation()) +
-                                     core_internal::scaled_norm(p_W) + size);
+  const Scalar noise = kPoseNoise * (distance_internal::length_for_noise(X_WS.translation()) +
+                                     distance_internal::length_for_noise(p_W) + size);
   const PointQuery query{p_S, options, noise};
   PointDistance result;
   switch (shape.kind()) {

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "core/batch_run.h"
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
 #include "distance/distance_traversal.h"
@@ -239,8 +238,8 @@ LocalRay local_ray(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
   local.direction = X_WS.rotation().transpose() * ray.direction_W.stableNormalized();
   local.radius = ray.radius;
   local.extent = size_for_ray(shape, local.origin, local.direction, ray.length);
-  const Scalar size = core_internal::scaled_norm(X_WS.translation()) +
-                      core_internal::scaled_norm(ray.p_W) + local.extent + ray.radius;
+  const Scalar size = distance_internal::length_for_noise(X_WS.translation()) +
+                      distance_internal::length_for_noise(ray.p_W) + local.extent + ray.radius;
   // Once for the origin and once for the direction, over at most this size.
   local.noise = 2 * kPoseNoise * size;
   local.end = std::min(ray.length, 2 * size);

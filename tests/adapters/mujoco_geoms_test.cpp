@@ -134,6 +134,10 @@ TEST(MujocoGeoms, ReadsHeightFieldsAndStopsAtTheLargestDistance) {
   EXPECT_EQ(geoms.signed_distance(*data, 0, 1, 1, fromto.data()), 1);
   EXPECT_EQ(fromto[5], 0);
   EXPECT_THROW(geoms.signed_distance(*data, 0, 1, -1, nullptr), InvalidArgument);
+  EXPECT_THROW(geoms.signed_distance(*data, 0, 2, 1, nullptr), InvalidArgument);
+  data->qpos[2] = -0.25;  // wholly in the ground
+  mj_kinematics(model.get(), data.get());
+  EXPECT_EQ(geoms.signed_distance(*data, 0, 1, 9, nullptr), 0);
 }
 
 }  // namespace

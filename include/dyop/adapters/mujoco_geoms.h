@@ -46,7 +46,12 @@ class MujocoGeoms {
 
   std::size_t count() const { return shapes_.size(); }
   /// In the frame of the geom.
-  const Shape& shape(int geom) const { return *shapes_.at(static_cast<std::size_t>(geom)); }
+  /// @throws InvalidArgument if there is no such geom.
+  const Shape& shape(int geom) const {
+    DYOP_REQUIRE(geom >= 0 && static_cast<std::size_t>(geom) < count(), "the model has ", count(),
+                 " geoms, no geom ", geom);
+    return *shapes_[static_cast<std::size_t>(geom)];
+  }
 
   /// The pose of a geom in the world, as the last mj_kinematics() has left it.
   static RigidPose pose(const mjData& data, int geom) {
@@ -57,16 +62,19 @@ class MujocoGeoms {
     return RigidPose(R_WG, Vector3(p[0], p[1], p[2]));
   }
 
-  /// distance() of two geoms.
+  /// distance() of two geoms; height fields and closed meshes are solids.
   DistanceResult distance(const mjData& data, int geom1, int geom2,
-                          const DistanceOptions& options = {}) const {
-    return dyop::distance(shape(geom1), pose(data, geom1), shape(geom2), pose(data, geom2),
-                          options);
+                          DistanceOptions options = {}) const {
+    const Shape& a = shape(geom1);
+    const Shape& b = shape(geom2);
+    options.solid_a = options.solid_a || is_closed_mesh(a);
+    options.solid_b = options.solid_b || is_closed_mesh(b);
+    return dyop::distance(a, pose(data, geom1), b, pose(data, geom2), options);
   }
 
-  /// In place of MuJoCo's mj_geomDistance(): the signed distance of two geoms, at most `most`. It
-  /// is never above the true one; minus the penetration depth of convex geoms that overlap (through
-  /// libccd, without proof), 0 for others.
+  /// In place of MuJoCo's mj_geomDistance(): the signed distance of two geoms, at most `most`. Of
+  /// geoms that are apart it is never above the true one. Of convex geoms that overlap it is minus
+  /// the penetration depth (through libccd, without proof), of others that overlap 0.
   /// @param fromto Null, or six numbers: from a point on geom1 to one on geom2; zero if they are
   ///               farther apart than `most`.
   mjtNum signed_distance(const mjData& data, int geom1, int geom2, mjtNum most,
@@ -93,6 +101,11 @@ class MujocoGeoms {
   }
 
  private:
+  static bool is_closed_mesh(const Shape& shape) {
+    const auto* mesh = dynamic_cast<const TriangleMesh*>(&shape);
+    return mesh != nullptr && mesh->is_closed();
+  }
+
   static std::shared_ptr<const Shape> simple_shape(const mjModel& model, int geom) {
     const mjtNum* size = model.geom_size + 3 * geom;
     const Vector3 half(size[0], size[1], size[2]);

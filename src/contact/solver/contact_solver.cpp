@@ -106,6 +106,7 @@ void require_valid(const ContactSolverOptions& options) {
     DYOP_REQUIRE(limit >= 0, name, " must be >= 0, not ", limit);
   }
 }
+
 ContactSolver::ContactSolver() : system_(std::make_unique<contact_internal::ContactSystem>()) {}
 ContactSolver::~ContactSolver() = default;
 

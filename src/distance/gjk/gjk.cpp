@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <limits>
 
-#include "core/scaled_norm.h"
 #include "core/tolerance.h"
 #include "distance/core_distance.h"
 #include "distance/gjk/warm_gjk.h"
@@ -164,14 +163,19 @@ class SimplexSolver {
 namespace dyop {
 namespace {
 
-using core_internal::is_safe_square;
-using core_internal::scaled_norm;
 using distance_internal::GjkGoal;
 using distance_internal::GjkSeed;
 using distance_internal::RealVector3;
 using distance_internal::SimplexCombination;
 using distance_internal::SimplexPoints;
 using distance_internal::SimplexSolver;
+
+// Whether a squared norm neither overflowed nor underflowed.
+template <typename Real>
+bool is_safe_square(Real norm_sq) {
+  // literal: properties of the number format; the squares of the components are normal numbers.
+  return norm_sq > static_cast<Real>(1e-200) && norm_sq < static_cast<Real>(1e200);
+}
 
 // One support query: a point of each core, each in the frame of its own shape, so exact.
 struct CorePair {
@@ -190,7 +194,16 @@ RealVector3<Real> transform(const RigidPose& X_AB, const Vector3& p_B) {
   return X_AB.rotation().cast<Real>() * p_B.cast<Real>() + X_AB.translation().cast<Real>();
 }
 
-// The direction, as scaled_norm() without overflow or underflow.
+// Norm and direction without overflow or underflow. The size is a sum because a sum keeps NaN,
+// which a maximum may lose.
+template <typename Real>
+Real scaled_norm(const RealVector3<Real>& v) {
+  const Real norm_sq = v.squaredNorm();
+  if (is_safe_square(norm_sq)) return std::sqrt(norm_sq);
+  const Real size = v.cwiseAbs().sum();
+  return size > 0 ? size * (v / size).norm() : size;
+}
+
 template <typename Real>
 Vector3 unit_vector(const RealVector3<Real>& v, const Vector3& fallback) {
   const Real norm_sq = v.squaredNorm();
@@ -299,7 +312,8 @@ class GjkQuery {
         goal_(goal),
         radius_a_(a.rounding_radius()),
         radius_b_(b.rounding_radius()),
-        scale_(scaled_norm(X_AB.translation()) + a.bounding_radius() + b.bounding_radius()) {}
+        scale_(distance_internal::length_for_noise(X_AB.translation()) + a.bounding_radius() +
+               b.bounding_radius()) {}
 
   GjkResult run(GjkSeed& seed) {
     Simplex<Scalar> simplex;

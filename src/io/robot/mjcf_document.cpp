@@ -157,8 +157,12 @@ void MjcfDocument::read_compiler(const XmlNode& node) {
 void MjcfDocument::read_defaults(const XmlNode& node, const std::string& parent, int depth) {
   if (depth == kDeepestDefault) node.fail("defaults are nested too deep");
   const bool is_top = parent.empty();
-  const std::string name = is_top && !node.has("class") ? "main" : node.text("class");
+  // The outermost class is the main one, also by another name.
+  const std::string name = is_top ? "main" : node.text("class");
   if (!is_top && has_class(name)) node.fail_expected("class", "a class that is new");
+  if (is_top && node.has("class") && node.text("class") != name) {
+    classes_[node.text("class")].parent = name;
+  }
   Class& cls = classes_[name];
   if (!is_top) cls.parent = parent;
   for (const XmlNode& child : children(node)) {

@@ -31,6 +31,7 @@ struct ContactMask {
   std::uint32_t type = 1;
   std::uint32_t affinity = 1;
 
+  bool operator==(const ContactMask&) const = default;
   bool is_visual() const { return type == 0 && affinity == 0; }
   bool meets(const ContactMask& other) const {
     return (type & other.affinity) != 0 || (other.type & affinity) != 0;
@@ -40,9 +41,9 @@ struct ContactMask {
 // A link with what decides which others it touches. A parent has a lower number than its children.
 struct Body {
   std::string link;
-  std::size_t parent = 0;  // the world is its own
-  std::size_t weld = 0;    // the highest body that it never moves against
-  std::vector<ContactMask> masks;
+  std::size_t parent = 0;          // the world is its own
+  std::size_t weld = 0;            // the highest body that it never moves against
+  std::vector<ContactMask> masks;  // of its geoms, each once
 };
 
 constexpr std::size_t kNoBody = std::numeric_limits<std::size_t>::max();
@@ -359,7 +360,8 @@ Scalar MjcfReader::add_geoms(const BodyContent& content, std::size_t number, Lin
       is_closed = is_closed && mesh->is_closed();
     }
     children.push_back({shape, X_BG});
-    bodies_[number].masks.push_back(mask);
+    std::vector<ContactMask>& masks = bodies_[number].masks;
+    if (std::find(masks.begin(), masks.end(), mask) == masks.end()) masks.push_back(mask);
   }
   link.is_solid = has_mesh && is_closed;
   if (!children.empty()) link.shape = joined(children);
@@ -525,7 +527,10 @@ void MjcfReader::couple(const XmlNode& node) {
     }
   }
   const Scalar offset = joint_references_[driven] + c[0] - c[1] * joint_references_[source];
-  parts_.add_mimic(driven, {source, c[1], offset, node});
+  if (!parts_.add_mimic(driven, {source, c[1], offset, node})) {
+    parts_.add_note(
+        compose_message("joint '", driven, "' follows the first of its equalities only"));
+  }
 }
 
 void MjcfReader::read_equalities() {
@@ -588,8 +593,8 @@ void MjcfReader::decide_pairs() {
     for (std::size_t second = first + 1; second < bodies_.size(); ++second) {
       const std::string& a = bodies_[first].link;
       const std::string& b = bodies_[second].link;
-      const bool is_near = are_neighbours(first, second);
       if (bodies_[first].masks.empty() || bodies_[second].masks.empty()) continue;
+      const bool is_near = are_neighbours(first, second);
       const bool is_explicit = explicit_pairs_.count({first, second}) != 0;
       const bool is_related = are_related(first, second, filters);
       if (is_explicit || (!is_related && may_touch(first, second))) {
@@ -618,10 +623,7 @@ Robot MjcfReader::read() {
   read_exclusions();
   decide_pairs();
   read_equalities();
-  for (const std::string& note : meshes_.notes()) parts_.add_note(note);
-  Robot robot = parts_.finish(root_);
-  if (root_.has("model")) robot.name = root_.text("model");
-  return robot;
+  return parts_.finish(root_, "model", meshes_.notes());
 }
 
 }  // namespace

@@ -156,7 +156,10 @@ KinematicChain RobotParts::make_chain() const {
   return KinematicChain(links_, joints_, options);
 }
 
-Robot RobotParts::finish(const XmlNode& root) {
+Robot RobotParts::finish(const XmlNode& root, const char* name,
+                         const std::vector<std::string>& notes) {
+  if (root.has(name)) robot_.name = root.text(name);
+  robot_.notes.insert(robot_.notes.end(), notes.begin(), notes.end());
   couple();
   read_srdf();
   try {

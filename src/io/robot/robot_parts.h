@@ -37,8 +37,9 @@ class RobotParts {
   void add_joint(Joint joint) { joints_.push_back(std::move(joint)); }
   /// The joint's type and limits do not count.
   void add_split(const XmlNode& node, SplitJoint kind, const Joint& joint);
-  void add_mimic(const std::string& joint, Mimic mimic) {
-    mimics_.insert_or_assign(joint, std::move(mimic));
+  /// False if the joint follows another one already; then nothing changes.
+  bool add_mimic(const std::string& joint, Mimic mimic) {
+    return mimics_.emplace(joint, std::move(mimic)).second;
   }
   void add_note(std::string note) { robot_.notes.push_back(std::move(note)); }
   void add_disabled(DisabledPair pair) { robot_.disabled_pairs.push_back(std::move(pair)); }
@@ -51,8 +52,10 @@ class RobotParts {
   std::string free_name(std::string name) const;
 
   /// Reads the SRDF file of the options, if there is one, and makes the chain.
+  /// @param name  The root's attribute that names the robot.
+  /// @param notes Of the search for meshes.
   /// @throws FileError at `root` if links and joints are no tree.
-  Robot finish(const XmlNode& root);
+  Robot finish(const XmlNode& root, const char* name, const std::vector<std::string>& notes);
 
  private:
   void couple();

@@ -135,10 +135,7 @@ void UrdfReader::read_joints() {
 Robot UrdfReader::read() {
   read_links();
   read_joints();
-  for (const std::string& note : meshes_.notes()) parts_.add_note(note);
-  Robot robot = parts_.finish(root_);
-  if (root_.has("name")) robot.name = root_.text("name");
-  return robot;
+  return parts_.finish(root_, "name", meshes_.notes());
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ class RandomModel {
         << "' eulerseq='" << sequence() << "' inertiafromgeom='true'/>\n"
         << "<option><flag filterparent='" << (one_of(3) == 0 ? "disable" : "enable")
         << "'/></option>\n<size njmax='100' nconmax='2000' nstack='500000'/>\n"
-        << "<default><geom margin='100' density='100'/><joint axis='1 0 0'/>\n"
+        << (one_of(2) == 0 ? "<default class='top'>" : "<default>")
+        << "<geom margin='100' density='100'/><joint axis='1 0 0'/>\n"
         << "<default class='thin'><geom type='capsule' size='.1 .3'/>"
         << "<joint type='slide'/></default>\n"
         << "<default class='seen'><geom contype='0' conaffinity='0' rgba='0 0 0 0'/></default>\n"
