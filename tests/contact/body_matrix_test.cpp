@@ -23,6 +23,7 @@ Eigen::MatrixXd dense_matrix(const ContactSystem& system, const std::vector<Matr
     Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3, size);
     if (block.slot_a >= 0) G.middleCols<6>(6 * block.slot_a) += block.G_a;
     if (block.slot_b >= 0) G.middleCols<6>(6 * block.slot_b) += block.G_b;
+    for (const Carried& more : carried_by(block)) G.middleCols<6>(6 * more.slot) += more.G;
     H += G.transpose() * D[i] * G;
   }
   return H;
@@ -44,7 +45,8 @@ TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
     wanted.bodies = 1 + random_index(20, random);
     wanted.contacts = random_index(3 * wanted.bodies, random);
     ContactSystem system;
-    system.build(testing::random_contact_problem(wanted, random));
+    const ContactProblem problem = testing::random_contact_problem(wanted, random);
+    system.build(i % 3 == 0 ? testing::with_divided_bodies(problem, random) : problem);
     const bool is_symmetric = i % 2 == 0;
     std::vector<Matrix3> D;
     for (std::size_t k = 0; k < system.blocks().size(); ++k) {

@@ -72,6 +72,45 @@ TYPED_TEST(ContactSolverContract, AnswersObeyTheLaws) {
   EXPECT_GE(converged, kProblems * 97 / 100);
 }
 
+// A body that is divided in two, both of which carry its contacts, moves as it does whole.
+TYPED_TEST(ContactSolverContract, CarriersOfAContactActAsOneBody) {
+  std::mt19937_64 random(19);
+  int converged = 0;
+  constexpr int kProblems = 200;
+  for (int i = 0; i < kProblems; ++i) {
+    RandomContacts wanted;
+    wanted.bodies = 1 + random_index(6, random);
+    wanted.contacts = random_index(3 * wanted.bodies + 1, random);
+    ContactProblem problem = random_contact_problem(wanted, random);
+    ContactProblem divided = with_divided_bodies(problem, random);
+    const ContactReport report = this->solver_.solve(divided, generous_options(1e-8));
+    join_bodies(divided, problem);
+    SCOPED_TRACE(::testing::Message() << "problem " << i);
+    expect_sound(problem, report, 1e-8);
+    converged += report.status == ContactStatus::Converged;
+  }
+  EXPECT_GE(converged, kProblems * 97 / 100);
+}
+
+TYPED_TEST(ContactSolverContract, RefusesCarriersThatCannotBe) {
+  const ContactProblem whole = stack_scene(2);
+  std::mt19937_64 random(20);
+  const auto refuses = [&](const auto& change) {
+    ContactProblem problem = with_divided_bodies(whole, random);
+    change(problem);
+    EXPECT_THROW(this->solver_.solve(problem), InvalidArgument);
+  };
+  refuses([](ContactProblem& p) { p.carriers[0].contact = p.contacts.size(); });
+  refuses([](ContactProblem& p) { p.carriers[0].body = p.bodies.size(); });
+  refuses([](ContactProblem& p) { p.carriers[0].body = p.contacts[0].body_a; });
+  refuses([](ContactProblem& p) { p.carriers[0].body = p.carriers[1].body; });
+  refuses([](ContactProblem& p) { p.carriers[0].r_W.setConstant(std::nan("")); });
+  refuses([](ContactProblem& p) { std::swap(p.carriers.front(), p.carriers.back()); });
+  refuses([](ContactProblem& p) { p.contacts[0].torsional_friction = 0.1; });
+  refuses(
+      [](ContactProblem& p) { p.friction_law = [](std::size_t, const Vector3&) { return 0.5; }; });
+}
+
 TYPED_TEST(ContactSolverContract, AnswersDoNotDependOnUnits) {
   std::mt19937_64 random(12);
   int converged = 0;

@@ -56,6 +56,16 @@ struct PointContact {
   Vector3 angular_impulse_W = Vector3::Zero();  ///< the same for rolling and torsional friction
 };
 
+/// A further body that moves a contact's point on A or on B: the velocity there adds to that of body
+/// A or B. So a coordinate of its own, such as the angle of a jaw beside the frame of its tool, can be
+/// a body.
+struct ContactCarrier {
+  std::size_t contact = 0;        ///< index into ContactProblem::contacts
+  std::size_t body = 0;           ///< neither A nor B, nor named before for this contact
+  bool is_of_a = false;           ///< whether it moves A's point, or B's
+  Vector3 r_W = Vector3::Zero();  ///< from the body's centre of mass to the contact
+};
+
 /// One row of a joint, limit or motor. With J v = j_av . v_A + j_aw . w_A + j_bv . v_B + j_bw . w_B
 /// the law is J v + compliance * impulse = target, but >= target where the impulse is at its lower
 /// bound and <= target where it is at its upper bound.
@@ -87,6 +97,7 @@ using FrictionLaw = std::function<Scalar(std::size_t contact, const Vector3& sli
 struct ContactProblem {
   std::vector<ContactBody> bodies;
   std::vector<PointContact> contacts;
+  std::vector<ContactCarrier> carriers;  ///< ascending by contact
   std::vector<JointRow> rows;
   FrictionLaw friction_law;  ///< empty: PointContact::friction
 };

@@ -61,12 +61,22 @@ bool invert_factor(Matrix6& A) {
 
 void BodyMatrix::analyse(const ContactSystem& system, std::size_t count) {
   slots_.clear();
+  carried_.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    slots_.emplace_back(system.blocks()[i].slot_a, system.blocks()[i].slot_b);
+    const Block& block = system.blocks()[i];
+    slots_.emplace_back(block.slot_a, block.slot_b);
+    const std::span<const Carried> carried = carried_by(block);
+    for (std::size_t k = 0; k < carried.size(); ++k) {
+      const int slot = carried[k].slot;
+      if (block.slot_a >= 0) carried_.emplace_back(block.slot_a, slot);
+      if (block.slot_b >= 0) carried_.emplace_back(block.slot_b, slot);
+      for (std::size_t m = 0; m < k; ++m) carried_.emplace_back(carried[m].slot, slot);
+    }
   }
   const std::size_t bodies = system.velocities().size();
-  if (bodies == place_.size() && slots_ == old_slots_) return;
+  if (bodies == place_.size() && slots_ == old_slots_ && carried_ == old_carried_) return;
   old_slots_ = slots_;
+  old_carried_ = carried_;
   order_bodies(bodies);
   find_fill(bodies);
   mixed_.assign(slots_.size(), {});
@@ -88,6 +98,7 @@ void BodyMatrix::order_bodies(std::size_t count) {
   for (const auto& [a, b] : slots_) {
     if (a >= 0 && b >= 0) pairs_.emplace_back(std::min(a, b), std::max(a, b));
   }
+  for (const auto& [a, b] : carried_) pairs_.emplace_back(std::min(a, b), std::max(a, b));
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
   if (count == place_.size() && pairs_ == old_pairs_) return;
@@ -113,12 +124,15 @@ void BodyMatrix::order_bodies(std::size_t count) {
 void BodyMatrix::find_fill(std::size_t count) {
   columns_.resize(std::max(count, columns_.size()));
   for (std::vector<int>& rows : columns_) rows.clear();
-  for (const auto& [slot_a, slot_b] : slots_) {
-    if (slot_a < 0 || slot_b < 0) continue;
+  const auto link = [&](int slot_a, int slot_b) {
     const int a = place_[std::size_t(slot_a)];
     const int b = place_[std::size_t(slot_b)];
     columns_[std::size_t(std::min(a, b))].push_back(std::max(a, b));
+  };
+  for (const auto& [slot_a, slot_b] : slots_) {
+    if (slot_a >= 0 && slot_b >= 0) link(slot_a, slot_b);
   }
+  for (const auto& [slot_a, slot_b] : carried_) link(slot_a, slot_b);
   first_.assign(1, 0);
   rows_.clear();
   for (std::size_t j = 0; j < count; ++j) {
@@ -168,9 +182,41 @@ void BodyMatrix::add_row(const Block& block, std::size_t index, Scalar D) {
   if (!is_symmetric_) mirrored_[entry].noalias() += above * (D * below).transpose();
 }
 
+// x^T D y, and its mirror image.
+void BodyMatrix::add_product(int slot_x, const Rows6& x, int slot_y, const Rows6& y,
+                             const Matrix3& D) {
+  if (slot_x < 0 || slot_y < 0) return;
+  const int place_x = place_[std::size_t(slot_x)];
+  const int place_y = place_[std::size_t(slot_y)];
+  const Rows6 Dx = D * x, Dy = D * y;
+  if (place_x == place_y) {
+    diagonal_[std::size_t(place_x)].noalias() += x.transpose().lazyProduct(Dy);
+    return;
+  }
+  const bool x_is_below = place_x > place_y;
+  const std::size_t entry = entry_of(std::max(place_x, place_y), std::min(place_x, place_y));
+  entries_[entry].noalias() +=
+      x_is_below ? x.transpose().lazyProduct(Dy) : y.transpose().lazyProduct(Dx);
+  if (is_symmetric_) return;
+  mirrored_[entry].noalias() +=
+      x_is_below ? y.transpose().lazyProduct(Dx) : x.transpose().lazyProduct(Dy);
+}
+
+void BodyMatrix::add_carried(const Block& block, const Matrix3& D) {
+  const std::span<const Carried> carried = carried_by(block);
+  for (std::size_t k = 0; k < carried.size(); ++k) {
+    const auto& [slot, G] = carried[k];
+    add_product(slot, G, slot, G, D);
+    add_product(block.slot_a, block.G_a, slot, G, D);
+    add_product(block.slot_b, block.G_b, slot, G, D);
+    for (std::size_t m = 0; m < k; ++m) add_product(carried[m].slot, carried[m].G, slot, G, D);
+  }
+}
+
 void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
   const Block& block = system.blocks()[index];
   if (block.kind == BlockKind::Row) return add_row(block, index, D(0, 0));
+  if (block.carriers > 0) add_carried(block, D);
   Rows6 DG_a, DG_b;
   if (block.slot_a >= 0) {
     DG_a.noalias() = D * block.G_a;

@@ -42,6 +42,8 @@ class BodyMatrix {
   };
 
   void add_row(const Block& block, std::size_t index, Scalar D);
+  void add_carried(const Block& block, const Matrix3& D);
+  void add_product(int slot_x, const Rows6& x, int slot_y, const Rows6& y, const Matrix3& D);
   void order_bodies(std::size_t count);
   void find_fill(std::size_t count);
   std::size_t entry_of(int row, int column) const;
@@ -49,6 +51,8 @@ class BodyMatrix {
   bool factorise_general();
 
   std::vector<std::pair<int, int>> slots_, old_slots_;  // by block of the system
+  // Further ones that share a block, through carriers.
+  std::vector<std::pair<int, int>> carried_, old_carried_;
   std::vector<std::pair<int, int>> pairs_, old_pairs_;  // of bodies that share a block, ascending
   std::vector<int> place_;                              // by body: its position in the order
   std::vector<std::size_t> first_;         // by column: entry of its first block below the diagonal

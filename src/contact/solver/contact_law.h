@@ -50,9 +50,16 @@ class LocalContact {
   Eigen::Matrix2d A_inverse_ = Eigen::Matrix2d::Zero();
 };
 
+// What a further body has to do with a contact.
+struct Carried {
+  int slot = -1;
+  Rows6 G = Rows6::Zero();
+};
+
 // What one contact or row requires of the bodies, in coordinates in which every body has unit mass:
 // body velocity = free velocity + S y with S S^T the mobility, relative velocity minus target u =
-// free + G_a y_a + G_b y_b, and y = sum of G^T lambda. Rows that a kind does not have are zero.
+// free + G_a y_a + G_b y_b, and y = sum of G^T lambda; carriers add their G y. Rows that a kind does
+// not have are zero.
 // Tangents of an ellipse are scaled so that its cone is round; rolling and torsional rows are
 // scaled by their coefficient (a length), which makes it one and u a length per time.
 struct Block {
@@ -60,10 +67,12 @@ struct Block {
   int slot_a = -1;  // index into y; negative: immovable
   int slot_b = -1;
   int owner = -1;  // the contact block whose normal impulse bounds this one
+  int carriers = 0;
+  const Carried* carried = nullptr;  // so many, of the system
   Rows6 G_a = Rows6::Zero();
   Rows6 G_b = Rows6::Zero();
   Vector3 free = Vector3::Zero();
-  Matrix3 W = Matrix3::Zero();  // G_a G_a^T + G_b G_b^T
+  Matrix3 W = Matrix3::Zero();  // sum of G G^T
   Scalar weight = 0;            // trace of W with compliance
   Scalar friction = 0;
   Scalar lower = 0;

@@ -68,6 +68,32 @@ void check_row(const JointRow& row, std::size_t i) {
                row.impulse);
 }
 
+// Turning would need their rates, and a law of friction their velocities.
+void check_carriers(const ContactProblem& problem) {
+  DYOP_REQUIRE(problem.carriers.empty() || !problem.friction_law,
+               "a problem with carriers cannot have a friction law");
+  for (std::size_t i = 0; i < problem.carriers.size(); ++i) {
+    const ContactCarrier& carrier = problem.carriers[i];
+    DYOP_REQUIRE(carrier.contact < problem.contacts.size() && carrier.body < problem.bodies.size(),
+                 "carrier ", i, ": there is no contact ", carrier.contact, " or body ",
+                 carrier.body);
+    const PointContact& contact = problem.contacts[carrier.contact];
+    DYOP_REQUIRE(carrier.body != contact.body_a && carrier.body != contact.body_b, "carrier ", i,
+                 ": body ", carrier.body, " is one of contact ", carrier.contact, "'s own");
+    DYOP_REQUIRE(carrier.r_W.allFinite(), "carrier ", i, ": the lever arm must be finite, not ",
+                 carrier.r_W);
+    DYOP_REQUIRE(contact.rolling_friction == 0 && contact.torsional_friction == 0, "carrier ", i,
+                 ": contact ", carrier.contact, " has rolling or torsional friction");
+    for (std::size_t k = i; k-- > 0 && problem.carriers[k].contact >= carrier.contact;) {
+      DYOP_REQUIRE(problem.carriers[k].contact == carrier.contact, "carrier ", i,
+                   ": carriers must ascend by contact, not ", problem.carriers[k].contact, ", ",
+                   carrier.contact);
+      DYOP_REQUIRE(problem.carriers[k].body != carrier.body, "carrier ", i, ": body ", carrier.body,
+                   " carries contact ", carrier.contact, " twice");
+    }
+  }
+}
+
 }  // namespace
 
 void check_friction(Scalar friction, std::size_t contact) {
@@ -83,6 +109,7 @@ void check_problem(const ContactProblem& problem) {
     check_bodies("contact", i, contact.body_a, contact.body_b, count);
     check_contact(contact, i);
   }
+  check_carriers(problem);
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     check_bodies("row", i, problem.rows[i].body_a, problem.rows[i].body_b, count);
     check_row(problem.rows[i], i);

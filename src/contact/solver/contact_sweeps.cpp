@@ -47,7 +47,7 @@ void put_rows(const Rows6& G, double (&rows)[18][kSweepWidth], std::size_t lane)
 bool ContactSweeps::begin(const ContactSystem& system) {
   const std::vector<Block>& blocks = system.blocks();
   const bool has_others = std::any_of(blocks.begin(), blocks.end(), [](const Block& block) {
-    return block.kind != BlockKind::Contact;
+    return block.kind != BlockKind::Contact || block.carriers > 0;
   });
   if (has_others || blocks.size() < kLeastFill) return false;
   const std::size_t bodies = system.velocities().size();

@@ -16,7 +16,7 @@ class ContactSweeps {
       : kernels_(&sweep_kernels(set)) {}
 
   // Takes over a system's impulses and velocities. Returns false if it is not worth it: few of its
-  // contacts are apart from each other, or it has other blocks.
+  // contacts are apart from each other, or it has other blocks or carriers.
   bool begin(const ContactSystem& system);
 
   // Forward and back; returns the largest change of a velocity.

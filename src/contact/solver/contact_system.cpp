@@ -72,6 +72,9 @@ void ContactSystem::build(const ContactProblem& problem) {
   blocks_.clear();
   sources_.clear();
   immovable_.clear();
+  carried_.clear();
+  carried_.reserve(problem.carriers.size());  // blocks point into it
+  next_carrier_ = 0;
   build_slots(problem);
   for (std::size_t i = 0; i < problem.rows.size(); ++i) add_row(problem, i);
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) add_contact(problem, i);
@@ -102,20 +105,24 @@ Block ContactSystem::make_block(BlockKind kind, std::size_t body_a, std::size_t 
   return block;
 }
 
-// Turns G from rows along v and w into rows along y, and stores the block unless no impulse changes
-// its first component. Returns whether it was stored.
-bool ContactSystem::finish(Block& block, const Matrix3& basis_W, std::size_t index) {
-  for (const auto& [slot, G] : {std::pair{block.slot_a, &block.G_a}, {block.slot_b, &block.G_b}}) {
-    if (slot < 0) {
-      G->setZero();
-      continue;
-    }
-    const Slot& body = slots_[std::size_t(slot)];
-    G->leftCols<3>() = (G->leftCols<3>() * body.S_v).eval();
-    G->rightCols<3>() = (G->rightCols<3>() * body.S_w).eval();
+// Turns G from rows along v and w into rows along y.
+void ContactSystem::to_slot(int slot, Rows6& G) const {
+  if (slot < 0) {
+    G.setZero();
+    return;
   }
+  const Slot& body = slots_[std::size_t(slot)];
+  G.leftCols<3>() = (G.leftCols<3>() * body.S_v).eval();
+  G.rightCols<3>() = (G.rightCols<3>() * body.S_w).eval();
+}
+
+// Stores the block unless no impulse changes its first component. Returns whether it was stored.
+bool ContactSystem::finish(Block& block, const Matrix3& basis_W, std::size_t index) {
+  to_slot(block.slot_a, block.G_a);
+  to_slot(block.slot_b, block.G_b);
   block.W.noalias() = block.G_a * block.G_a.transpose();
   block.W.noalias() += block.G_b * block.G_b.transpose();
+  for (const Carried& more : carried_by(block)) block.W.noalias() += more.G * more.G.transpose();
   block.weight = block.W.trace() + block.compliance;
   if (!(block.W(0, 0) + block.compliance > kContactMobilityNoise * block.weight)) {
     block.lambda.setZero();
@@ -160,6 +167,7 @@ void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index
       (b.free_v_W - a.free_v_W) + b.free_w_W.cross(contact.r_b_W) - a.free_w_W.cross(contact.r_a_W);
   block.free = basis_W.transpose() * (u_W - contact.sticking_velocity_W);
   block.free[0] = basis_W.col(0).dot(u_W) - contact.target;
+  add_carriers(problem, index, basis_W, block);
   block.friction = largest_coefficient(contact);
   block.lambda[0] = std::max(block.lambda[0], Scalar{0});  // contacts cannot pull
   const Scalar bound = block.friction * block.lambda[0];
@@ -173,6 +181,29 @@ void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index
   if (contact.torsional_friction > 0) {
     add_turning(problem, index, basis_W, BlockKind::Torsion, owner);
   }
+}
+
+// Those of the contact are the next ones.
+void ContactSystem::add_carriers(const ContactProblem& problem, std::size_t index,
+                                 const Matrix3& basis_W, Block& block) {
+  const std::size_t first = carried_.size();
+  while (next_carrier_ < problem.carriers.size() &&
+         problem.carriers[next_carrier_].contact == index) {
+    const ContactCarrier& carrier = problem.carriers[next_carrier_++];
+    const ContactBody& body = problem.bodies[carrier.body];
+    const Scalar sign = carrier.is_of_a ? -1 : 1;
+    block.free += sign * (basis_W.transpose() * (body.free_v_W + body.free_w_W.cross(carrier.r_W)));
+    Carried more{slot_of_body_[carrier.body], {}};
+    if (more.slot < 0) continue;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Vector3 direction = sign * basis_W.col(k);
+      more.G.row(k) << direction.transpose(), carrier.r_W.cross(direction).transpose();
+    }
+    to_slot(more.slot, more.G);
+    carried_.push_back(more);
+  }
+  block.carriers = int(carried_.size() - first);
+  block.carried = carried_.data() + first;
 }
 
 void ContactSystem::add_turning(const ContactProblem& problem, std::size_t index,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,10 @@ namespace dyop::contact_internal {
 void check_problem(const ContactProblem& problem);
 void check_friction(Scalar friction, std::size_t contact);
 
+inline std::span<const Carried> carried_by(const Block& block) {
+  return {block.carried, std::size_t(block.carriers)};
+}
+
 /// G y: a block's relative velocity, or its change, without what is free and compliance. A joint's
 /// row takes a third of the time.
 inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
@@ -28,6 +33,7 @@ inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
   }
   if (block.slot_a >= 0) u += block.G_a * y[std::size_t(block.slot_a)];
   if (block.slot_b >= 0) u += block.G_b * y[std::size_t(block.slot_b)];
+  for (const Carried& more : carried_by(block)) u += more.G * y[std::size_t(more.slot)];
   return u;
 }
 
@@ -43,6 +49,7 @@ inline void add_impulse(const Block& block, const Vector3& lambda, std::vector<V
   };
   add(block.slot_a, block.G_a);
   add(block.slot_b, block.G_b);
+  for (const Carried& more : carried_by(block)) add(more.slot, more.G);
 }
 
 /// Whether an iteration still gets on: it halves its residual within so many steps as its patience.
@@ -119,11 +126,16 @@ class ContactSystem {
   void add_turning(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
                    BlockKind kind, int owner);
   Block make_block(BlockKind kind, std::size_t body_a, std::size_t body_b) const;
+  void add_carriers(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
+                    Block& block);
+  void to_slot(int slot, Rows6& G) const;
   bool finish(Block& block, const Matrix3& basis_W, std::size_t index);
 
   std::vector<Block> blocks_;
   std::vector<Source> sources_;
   std::vector<Block> immovable_;
+  std::vector<Carried> carried_;
+  std::size_t next_carrier_ = 0;  // of the problem
   std::vector<Slot> slots_;
   std::vector<int> slot_of_body_;
   std::vector<Vector6> y_;

@@ -224,4 +224,41 @@ ContactProblem random_contact_problem(const RandomContacts& wanted, std::mt19937
   return problem;
 }
 
+ContactProblem with_divided_bodies(const ContactProblem& problem, std::mt19937_64& random) {
+  ContactProblem divided = problem;
+  const std::size_t count = problem.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const Scalar part = random_number(0, 1, random);
+    ContactBody& first = divided.bodies[i];
+    ContactBody second = first;
+    first.inverse_mass_W *= part;
+    first.inverse_inertia_W *= part;
+    second.inverse_mass_W *= 1 - part;
+    second.inverse_inertia_W *= 1 - part;
+    const Vector3 v_W = random_vector(1, random), w_W = random_vector(1, random);
+    first.free_v_W += v_W;
+    second.free_v_W = -v_W;
+    first.free_w_W += w_W;
+    second.free_w_W = -w_W;
+    divided.bodies.push_back(second);
+  }
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    const PointContact& contact = problem.contacts[k];
+    divided.carriers.push_back({k, contact.body_b + count, false, contact.r_b_W});
+    divided.carriers.push_back({k, contact.body_a + count, true, contact.r_a_W});
+  }
+  return divided;
+}
+
+void join_bodies(const ContactProblem& divided, ContactProblem& problem) {
+  const std::size_t count = problem.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    problem.bodies[i].v_W = divided.bodies[i].v_W + divided.bodies[i + count].v_W;
+    problem.bodies[i].w_W = divided.bodies[i].w_W + divided.bodies[i + count].w_W;
+  }
+  for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
+    problem.contacts[k].impulse_W = divided.contacts[k].impulse_W;
+  }
+}
+
 }  // namespace dyop::testing

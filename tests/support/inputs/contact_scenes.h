@@ -49,4 +49,11 @@ struct RandomContacts {
 /// contacts with body 0 point up, and targets are zero there, so that a solution exists.
 ContactProblem random_contact_problem(const RandomContacts& wanted, std::mt19937_64& random);
 
+/// The same with every movable body in two parts that share its mobility and its free velocity: a
+/// contact's point moves with both. Part two of body i is body i + the count of bodies; of what
+/// cannot move it is another one that cannot.
+ContactProblem with_divided_bodies(const ContactProblem& problem, std::mt19937_64& random);
+/// The answer of the divided problem in terms of the whole one.
+void join_bodies(const ContactProblem& divided, ContactProblem& problem);
+
 }  // namespace dyop::testing
