@@ -1012,6 +1012,20 @@ typedef struct dyop_haptic_options {
   double shaft_point[3], shaft_axis[3]; /* in the tool's frame */
 } dyop_haptic_options;
 
+/* One of several tools. Its parts and hinges are so many of the lists, after those of the tools
+ * before it. */
+typedef struct dyop_haptic_tool {
+  uint32_t size;
+  int32_t has_trocar;
+  uint64_t part_count, hinge_count;
+  dyop_pose start;
+  int32_t has_coupling; /* 1: springs of its own, not those of the options */
+  int32_t reserved;
+  dyop_coupling coupling;
+  double trocar_point[3];               /* in world */
+  double shaft_point[3], shaft_axis[3]; /* in the tool's frame */
+} dyop_haptic_tool;
+
 /* What a device gives. A value. */
 typedef struct dyop_device_pose {
   dyop_pose pose;
@@ -1098,6 +1112,45 @@ DYOP_C_API dyop_status dyop_haptic_set_coupling(dyop_context* context, dyop_hapt
 /* Puts the tool elsewhere, as when it is exchanged; nothing is proven in between. */
 DYOP_C_API dyop_status dyop_haptic_reset(dyop_context* context, dyop_haptic_session session,
                                          const dyop_device_pose* tool);
+
+/* Several tools, at most four, that move at once and are proven against each other; tool_margin,
+ * length, and tool_friction, Coulomb's, are between them. The options must have no trocar. */
+DYOP_C_API dyop_status dyop_haptic_session_create_tools(
+    dyop_context* context, const dyop_haptic_tool* tools, size_t tool_count,
+    const dyop_tool_part* parts, size_t part_count, const dyop_tool_hinge* hinges,
+    size_t hinge_count, const dyop_tool_obstacle* obstacles, size_t obstacle_count,
+    double tool_margin, double tool_friction, const dyop_haptic_options* options,
+    dyop_haptic_session* session);
+/* One tick: a device and a tick for each tool. */
+DYOP_C_API dyop_status dyop_haptic_update_tools(dyop_context* context, dyop_haptic_session session,
+                                                const dyop_device_pose* devices,
+                                                size_t device_count, double dt, double seconds,
+                                                dyop_haptic_tick* ticks);
+/* The functions above are about the first tool; these about any. */
+DYOP_C_API dyop_status dyop_haptic_contacts_of(dyop_context* context, dyop_haptic_session session,
+                                               size_t tool, dyop_tool_contact* contacts,
+                                               size_t capacity, size_t* count);
+DYOP_C_API dyop_status dyop_haptic_impulses_of(dyop_context* context, dyop_haptic_session session,
+                                               size_t tool, dyop_tool_impulse* impulses,
+                                               size_t capacity, size_t* count);
+DYOP_C_API dyop_status dyop_haptic_clearances_of(dyop_context* context, dyop_haptic_session session,
+                                                 size_t tool, dyop_tool_clearance* clearances,
+                                                 size_t capacity, size_t* count);
+/* With the other tools: `obstacle` is the number of the other one. Clearances: one for each tool,
+ * of which its own is infinite; none where there is one tool. */
+DYOP_C_API dyop_status dyop_haptic_tool_contacts(dyop_context* context, dyop_haptic_session session,
+                                                 size_t tool, dyop_tool_contact* contacts,
+                                                 size_t capacity, size_t* count);
+DYOP_C_API dyop_status dyop_haptic_tool_clearances(dyop_context* context,
+                                                   dyop_haptic_session session, size_t tool,
+                                                   dyop_tool_clearance* clearances, size_t capacity,
+                                                   size_t* count);
+DYOP_C_API dyop_status dyop_haptic_set_coupling_of(dyop_context* context,
+                                                   dyop_haptic_session session, size_t tool,
+                                                   const dyop_coupling* coupling);
+DYOP_C_API dyop_status dyop_haptic_reset_of(dyop_context* context, dyop_haptic_session session,
+                                            size_t tool, const dyop_device_pose* pose);
+
 /* The vertices, rows of three, that a deforming obstacle shall reach so many seconds after those
  * given before; or another mesh, as after a cut. From one thread, which may be another one.
  * `is_taken`: 0 if the obstacle has not yet started on the last ones; then nothing happens. */
@@ -1147,6 +1200,9 @@ DYOP_C_API dyop_status dyop_haptic_give_mesh(dyop_context* context, dyop_haptic_
 #define DYOP_HAPTIC_OPTIONS_INIT \
   {sizeof(dyop_haptic_options), 4, 4, 24, 0, 0, 0.02, 100, 0, 20000, HUGE_VAL, \
    DYOP_COUPLING_INIT, {0, 0, 0}, {0, 0, 0}, {0, 0, 1}}
+#define DYOP_HAPTIC_TOOL_INIT \
+  {sizeof(dyop_haptic_tool), 0, 0, 0, DYOP_POSE_IDENTITY, 0, 0, DYOP_COUPLING_INIT, \
+   {0, 0, 0}, {0, 0, 0}, {0, 0, 1}}
 /* clang-format on */
 
 /* The same for languages that have no macros. `size`: of the struct, as the caller knows it. A size
@@ -1168,6 +1224,7 @@ DYOP_C_API dyop_status dyop_tool_hinge_init(dyop_tool_hinge* value, uint32_t siz
 DYOP_C_API dyop_status dyop_tool_part_init(dyop_tool_part* value, uint32_t size);
 DYOP_C_API dyop_status dyop_tool_obstacle_init(dyop_tool_obstacle* value, uint32_t size);
 DYOP_C_API dyop_status dyop_haptic_options_init(dyop_haptic_options* value, uint32_t size);
+DYOP_C_API dyop_status dyop_haptic_tool_init(dyop_haptic_tool* value, uint32_t size);
 
 #ifdef __cplusplus
 }

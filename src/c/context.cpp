@@ -404,6 +404,10 @@ dyop_status dyop_tool_obstacle_init(dyop_tool_obstacle* value, uint32_t size) {
   return dyop::c::write_defaults<dyop_tool_obstacle>(DYOP_TOOL_OBSTACLE_INIT, value, size);
 }
 
+dyop_status dyop_haptic_tool_init(dyop_haptic_tool* value, uint32_t size) {
+  return dyop::c::write_defaults<dyop_haptic_tool>(DYOP_HAPTIC_TOOL_INIT, value, size);
+}
+
 dyop_status dyop_haptic_options_init(dyop_haptic_options* value, uint32_t size) {
   return dyop::c::write_defaults<dyop_haptic_options>(DYOP_HAPTIC_OPTIONS_INIT, value, size);
 }

@@ -150,6 +150,51 @@ dyop_tool_clearance clearance_record(const ToolClearance& clearance) {
   return record;
 }
 
+ToolHinge hinge_from(const dyop_tool_hinge& c) {
+  return {pose_from(c.pose), c.angle, c.stiffness};
+}
+
+// Of the options or of a tool.
+template <typename Struct>
+std::optional<ToolTrocar> trocar_from(const Struct& c) {
+  if (c.has_trocar == 0) return std::nullopt;
+  return ToolTrocar{vector_from(c.trocar_point), vector_from(c.shaft_point),
+                    vector_from(c.shaft_axis)};
+}
+
+using PartList = SizedArray<dyop_tool_part, const std::byte>;
+using HingeList = SizedArray<dyop_tool_hinge, const std::byte>;
+
+// Those of a tool among the parts and hinges of all, from the first that are left.
+HapticTool tool_from(const dyop_context& context, const dyop_haptic_tool& c, const PartList& parts,
+                     std::size_t& first_part, const HingeList& hinges, std::size_t& first_hinge) {
+  HapticTool tool;
+  for (std::uint64_t k = 0; k < c.part_count; ++k) {
+    tool.parts.push_back(part_from(context, parts.read(first_part++)));
+  }
+  for (std::uint64_t k = 0; k < c.hinge_count; ++k) {
+    tool.hinges.push_back(hinge_from(hinges.read(first_hinge++)));
+  }
+  tool.X_WT = pose_from(c.start);
+  tool.trocar = trocar_from(c);
+  if (c.has_coupling != 0) tool.coupling = coupling_from(c.coupling);
+  return tool;
+}
+
+void add_obstacles(const dyop_context& context, const dyop_tool_obstacle* obstacles,
+                   std::size_t count, HapticScene& scene) {
+  const auto list = sized_array(obstacles, count, "dyop_tool_obstacle");
+  for (std::size_t i = 0; i < count; ++i) {
+    scene.obstacles.push_back(obstacle_from(context, list.read(i), i));
+  }
+}
+
+HapticSession::Deadline haptic_deadline(double seconds) {
+  HapticSession::Deadline deadline;
+  if (seconds != 0) deadline = deadline_after(seconds);
+  return deadline;
+}
+
 // Hands over a list of the last tick, each entry as `record` writes it.
 template <typename Entry, typename Struct>
 void hand_over_list(const std::vector<Entry>& list, Struct (*record)(const Entry&), Struct* out,
@@ -174,8 +219,6 @@ dyop_status dyop_haptic_session_create(dyop_context* context, const dyop_tool_pa
   return guard(context, [&] {
     const auto part_list = dyop::c::sized_array(parts, part_count, "dyop_tool_part");
     const auto hinge_list = dyop::c::sized_array(hinges, hinge_count, "dyop_tool_hinge");
-    const auto obstacle_list =
-        dyop::c::sized_array(obstacles, obstacle_count, "dyop_tool_obstacle");
     const auto given = dyop::c::read_struct<dyop_haptic_options>(options, DYOP_HAPTIC_OPTIONS_INIT,
                                                                  "dyop_haptic_options");
     dyop::HapticScene scene;
@@ -183,20 +226,125 @@ dyop_status dyop_haptic_session_create(dyop_context* context, const dyop_tool_pa
       scene.tool.push_back(dyop::c::part_from(*context, part_list.read(i)));
     }
     for (std::size_t i = 0; i < hinge_count; ++i) {
-      const dyop_tool_hinge c = hinge_list.read(i);
-      scene.hinges.push_back({dyop::c::pose_from(c.pose), c.angle, c.stiffness});
+      scene.hinges.push_back(dyop::c::hinge_from(hinge_list.read(i)));
     }
-    for (std::size_t i = 0; i < obstacle_count; ++i) {
-      scene.obstacles.push_back(dyop::c::obstacle_from(*context, obstacle_list.read(i), i));
-    }
+    dyop::c::add_obstacles(*context, obstacles, obstacle_count, scene);
     scene.X_WT = dyop::c::pose_from(*require_given(start, "start"));
-    if (given.has_trocar != 0) {
-      scene.trocar = {dyop::c::vector_from(given.trocar_point),
-                      dyop::c::vector_from(given.shaft_point),
-                      dyop::c::vector_from(given.shaft_axis)};
-    }
+    scene.trocar = dyop::c::trocar_from(given);
     context->add<dyop::HapticSession>(context->haptic_sessions, session, scene,
                                       dyop::c::haptic_options_from(given));
+  });
+}
+
+dyop_status dyop_haptic_session_create_tools(
+    dyop_context* context, const dyop_haptic_tool* tools, size_t tool_count,
+    const dyop_tool_part* parts, size_t part_count, const dyop_tool_hinge* hinges,
+    size_t hinge_count, const dyop_tool_obstacle* obstacles, size_t obstacle_count,
+    double tool_margin, double tool_friction, const dyop_haptic_options* options,
+    dyop_haptic_session* session) {
+  return guard(context, [&] {
+    const auto tool_list = dyop::c::sized_array(tools, tool_count, "dyop_haptic_tool");
+    const auto part_list = dyop::c::sized_array(parts, part_count, "dyop_tool_part");
+    const auto hinge_list = dyop::c::sized_array(hinges, hinge_count, "dyop_tool_hinge");
+    const auto given = dyop::c::read_struct<dyop_haptic_options>(options, DYOP_HAPTIC_OPTIONS_INIT,
+                                                                 "dyop_haptic_options");
+    DYOP_REQUIRE(tool_count > 0, "there must be at least one tool");
+    DYOP_REQUIRE(given.has_trocar == 0, "several tools have trocars of their own, not the options");
+    dyop::HapticScene scene;
+    std::size_t part = 0, hinge = 0;
+    for (std::size_t i = 0; i < tool_count; ++i) {
+      const dyop_haptic_tool c = tool_list.read(i);
+      DYOP_REQUIRE(c.part_count <= part_count - part && c.hinge_count <= hinge_count - hinge,
+                   "tool ", i, " has ", c.part_count, " parts and ", c.hinge_count, " hinges, but ",
+                   part_count - part, " and ", hinge_count - hinge, " are left");
+      scene.more_tools.push_back(
+          dyop::c::tool_from(*context, c, part_list, part, hinge_list, hinge));
+    }
+    DYOP_REQUIRE(part == part_count && hinge == hinge_count, part_count - part, " parts and ",
+                 hinge_count - hinge, " hinges are of no tool");
+    dyop::HapticOptions settings = dyop::c::haptic_options_from(given);
+    // The first one is the scene's own.
+    dyop::HapticTool& first = scene.more_tools.front();
+    const dyop::CouplingOptions others = settings.coupling;
+    for (dyop::HapticTool& tool : scene.more_tools) {
+      if (!tool.coupling) tool.coupling = others;
+    }
+    settings.coupling = *first.coupling;
+    scene.tool = std::move(first.parts);
+    scene.hinges = std::move(first.hinges);
+    scene.X_WT = first.X_WT;
+    scene.trocar = first.trocar;
+    scene.more_tools.erase(scene.more_tools.begin());
+    scene.tool_margin = tool_margin;
+    scene.tool_friction = tool_friction;
+    dyop::c::add_obstacles(*context, obstacles, obstacle_count, scene);
+    context->add<dyop::HapticSession>(context->haptic_sessions, session, scene, settings);
+  });
+}
+
+dyop_status dyop_haptic_update_tools(dyop_context* context, dyop_haptic_session session,
+                                     const dyop_device_pose* devices, size_t device_count,
+                                     double dt, double seconds, dyop_haptic_tick* ticks) {
+  return guard(context, [&] {
+    auto out = dyop::c::sized_array(ticks, device_count, "dyop_haptic_tick");
+    const auto object = context->haptic_session(session);
+    if (device_count > 0) require_given(devices, "devices");
+    std::vector<dyop::DevicePose> poses;
+    for (std::size_t k = 0; k < device_count; ++k) {
+      poses.push_back(dyop::c::device_from(devices[k]));
+    }
+    const auto results = object->update(poses, dt, dyop::c::haptic_deadline(seconds));
+    for (std::size_t k = 0; k < results.size(); ++k) {
+      out.write(k, dyop::c::tick_record(results[k]));
+    }
+  });
+}
+
+dyop_status dyop_haptic_contacts_of(dyop_context* context, dyop_haptic_session session, size_t tool,
+                                    dyop_tool_contact* contacts, size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).contacts,
+                            dyop::c::contact_record, contacts, capacity, count,
+                            "dyop_tool_contact");
+  });
+}
+
+dyop_status dyop_haptic_impulses_of(dyop_context* context, dyop_haptic_session session, size_t tool,
+                                    dyop_tool_impulse* impulses, size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).impulses,
+                            dyop::c::impulse_record, impulses, capacity, count,
+                            "dyop_tool_impulse");
+  });
+}
+
+dyop_status dyop_haptic_clearances_of(dyop_context* context, dyop_haptic_session session,
+                                      size_t tool, dyop_tool_clearance* clearances, size_t capacity,
+                                      size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).clearances,
+                            dyop::c::clearance_record, clearances, capacity, count,
+                            "dyop_tool_clearance");
+  });
+}
+
+dyop_status dyop_haptic_tool_contacts(dyop_context* context, dyop_haptic_session session,
+                                      size_t tool, dyop_tool_contact* contacts, size_t capacity,
+                                      size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).tool_contacts,
+                            dyop::c::contact_record, contacts, capacity, count,
+                            "dyop_tool_contact");
+  });
+}
+
+dyop_status dyop_haptic_tool_clearances(dyop_context* context, dyop_haptic_session session,
+                                        size_t tool, dyop_tool_clearance* clearances,
+                                        size_t capacity, size_t* count) {
+  return guard(context, [&] {
+    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).tool_clearances,
+                            dyop::c::clearance_record, clearances, capacity, count,
+                            "dyop_tool_clearance");
   });
 }
 
@@ -211,54 +359,50 @@ dyop_status dyop_haptic_update(dyop_context* context, dyop_haptic_session sessio
   return guard(context, [&] {
     auto out = dyop::c::sized_array(tick, 1, "dyop_haptic_tick");
     const auto object = context->haptic_session(session);
-    dyop::HapticSession::Deadline deadline;
-    if (seconds != 0) deadline = dyop::c::deadline_after(seconds);
     const dyop::DevicePose pose = dyop::c::device_from(*require_given(device, "device"));
-    out.write(0, dyop::c::tick_record(object->update(pose, dt, deadline)));
+    out.write(0, dyop::c::tick_record(object->update(pose, dt, dyop::c::haptic_deadline(seconds))));
   });
 }
 
 dyop_status dyop_haptic_contacts(dyop_context* context, dyop_haptic_session session,
                                  dyop_tool_contact* contacts, size_t capacity, size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last().contacts,
-                            dyop::c::contact_record, contacts, capacity, count,
-                            "dyop_tool_contact");
-  });
+  return dyop_haptic_contacts_of(context, session, 0, contacts, capacity, count);
 }
 
 dyop_status dyop_haptic_impulses(dyop_context* context, dyop_haptic_session session,
                                  dyop_tool_impulse* impulses, size_t capacity, size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last().impulses,
-                            dyop::c::impulse_record, impulses, capacity, count,
-                            "dyop_tool_impulse");
-  });
+  return dyop_haptic_impulses_of(context, session, 0, impulses, capacity, count);
 }
 
 dyop_status dyop_haptic_clearances(dyop_context* context, dyop_haptic_session session,
                                    dyop_tool_clearance* clearances, size_t capacity,
                                    size_t* count) {
+  return dyop_haptic_clearances_of(context, session, 0, clearances, capacity, count);
+}
+
+dyop_status dyop_haptic_set_coupling_of(dyop_context* context, dyop_haptic_session session,
+                                        size_t tool, const dyop_coupling* coupling) {
   return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last().clearances,
-                            dyop::c::clearance_record, clearances, capacity, count,
-                            "dyop_tool_clearance");
+    context->haptic_session(session)->set_coupling(
+        dyop::c::coupling_from(*require_given(coupling, "coupling")), tool);
   });
 }
 
 dyop_status dyop_haptic_set_coupling(dyop_context* context, dyop_haptic_session session,
                                      const dyop_coupling* coupling) {
+  return dyop_haptic_set_coupling_of(context, session, 0, coupling);
+}
+
+dyop_status dyop_haptic_reset_of(dyop_context* context, dyop_haptic_session session, size_t tool,
+                                 const dyop_device_pose* pose) {
   return guard(context, [&] {
-    context->haptic_session(session)->set_coupling(
-        dyop::c::coupling_from(*require_given(coupling, "coupling")));
+    context->haptic_session(session)->reset(dyop::c::tool_from(*require_given(pose, "pose")), tool);
   });
 }
 
 dyop_status dyop_haptic_reset(dyop_context* context, dyop_haptic_session session,
                               const dyop_device_pose* tool) {
-  return guard(context, [&] {
-    context->haptic_session(session)->reset(dyop::c::tool_from(*require_given(tool, "tool")));
-  });
+  return dyop_haptic_reset_of(context, session, 0, tool);
 }
 
 dyop_status dyop_haptic_give_snapshot(dyop_context* context, dyop_haptic_session session,

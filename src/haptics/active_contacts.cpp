@@ -70,11 +70,16 @@ bool is_named_before(const HoldPoint& x, const HoldPoint& y) {
 
 }  // namespace
 
-ActiveContacts::ActiveContacts(const LoopScene& scene)
+ActiveContacts::ActiveContacts(const LoopScene& scene, const ToolPoses& start)
     : scene_(scene),
-      solver_(scene.options.coupling, scene.hinges, scene.bodies, scene.trocar,
-              std::size_t(scene.options.max_contacts)) {
+      solver_(scene.tools, scene.bodies, std::size_t(scene.options.max_contacts)),
+      holds_from_(start) {
   found_.reserve(kReservedHolds);
+}
+
+bool ActiveContacts::can_hold() const {
+  return !holds_.empty() || std::any_of(scene_.tools.begin(), scene_.tools.end(),
+                                        [](const HapticTool& tool) { return !!tool.trocar; });
 }
 
 void ActiveContacts::forget(std::size_t obstacle) {
@@ -90,13 +95,13 @@ void ActiveContacts::forget_all() {
 
 // A search that is cut off would be so again in the next tick, before the tool has moved: the next
 // tick goes on with what is known.
-void ActiveContacts::gather(const Course& course, const ToolStep& wish, Scalar duration,
+void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar duration,
                             PairProofs& proofs, WorkClock& clock) {
-  if (std::exchange(was_hasty_, false)) return carry(course, proofs.pairs());
+  if (std::exchange(was_hasty_, false)) return carry(course, proofs);
   found_.clear();
   const std::int64_t before = clock.checkpoints();
   WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
-  const ToolMotion motion(course.pose, wish, duration, scene_.hinges);
+  const ToolMotions motion(course.pose, wish, duration, scene_.tools);
   for (ProxyPair& pair : proofs.pairs()) {
     const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
@@ -104,9 +109,11 @@ void ActiveContacts::gather(const Course& course, const ToolStep& wish, Scalar d
         obstacle.margin + (1 + course.pace * kReach) * scene_.options.rest_offset;
     const Scalar most_moved = kMostReach * scene_.options.rest_offset;
     if (pair.distance.lower > least_reach + most_moved) continue;
-    if (clock.is_over()) return keep_found(course, proofs.pairs());
+    if (clock.is_over()) return keep_found(course, proofs);
+    const auto other = scene_.body_of(pair.obstacle);
     const Scalar moved = likely_step(course, scene_.bodies[pair.body], motion, duration) +
-                         obstacle.speed() * duration;
+                         (other ? likely_step(course, scene_.bodies[*other], motion, duration)
+                                : obstacle.speed() * duration);
     const Scalar reach = least_reach + std::min(moved, most_moved);
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
@@ -117,12 +124,13 @@ void ActiveContacts::gather(const Course& course, const ToolStep& wish, Scalar d
     for (std::size_t k = first; k < found_.size(); ++k) {
       found_[k].body = pair.body;
       found_[k].obstacle = pair.obstacle;
+      found_[k].other = other;
     }
   }
-  if (clock.cutoff()) return keep_found(course, proofs.pairs());
+  if (clock.cutoff()) return keep_found(course, proofs);
   search_work_ = clock.checkpoints() - before;
   if (share.is_used_up()) {
-    carry(course, proofs.pairs());
+    carry(course, proofs);
     found_.insert(found_.end(), holds_.begin(), holds_.end());
   }
   last_holds_.swap(holds_);
@@ -133,10 +141,14 @@ void ActiveContacts::gather(const Course& course, const ToolStep& wish, Scalar d
 }
 
 // Moves what was found earlier to where it is now: with the body and the tissue.
-void ActiveContacts::carry(const Course& course, std::span<const ProxyPair> pairs) {
+void ActiveContacts::carry(const Course& course, const PairProofs& proofs) {
   for (HoldPoint& hold : holds_) {
     const RigidPose X_WB_from = scene_.body_pose(holds_from_, hold.body);
     hold.p_WB = scene_.body_pose(course.pose, hold.body) * (X_WB_from.inverse() * hold.p_WB);
+    if (hold.other) {
+      const RigidPose X_WA_from = scene_.body_pose(holds_from_, *hold.other);
+      hold.p_WA = scene_.body_pose(course.pose, *hold.other) * (X_WA_from.inverse() * hold.p_WA);
+    }
     hold.p_WA += holds_since_ * hold.v_WA;
     hold.curvature = 0;
     hold.push = 0;
@@ -146,8 +158,7 @@ void ActiveContacts::carry(const Course& course, std::span<const ProxyPair> pair
   std::erase_if(holds_, [&](const HoldPoint& hold) {
     const Scalar far =
         scene_.obstacles[hold.obstacle]->margin + (1 + kReach) * scene_.options.rest_offset;
-    return !(hold.gap() <= far) ||
-           pairs[hold.body * scene_.obstacles.size() + hold.obstacle].is_overlapping;
+    return !(hold.gap() <= far) || proofs.pair(hold.body, hold.obstacle).is_overlapping;
   });
 }
 
@@ -161,9 +172,9 @@ void ActiveContacts::release() {
 }
 
 // The search was cut off: what it found, besides what was known.
-void ActiveContacts::keep_found(const Course& course, std::span<const ProxyPair> pairs) {
+void ActiveContacts::keep_found(const Course& course, const PairProofs& proofs) {
   was_hasty_ = true;
-  carry(course, pairs);
+  carry(course, proofs);
   for (const HoldPoint& hold : found_) {
     if (holds_.size() < most_holds(course)) add_if_new(hold);
   }
@@ -171,16 +182,17 @@ void ActiveContacts::keep_found(const Course& course, std::span<const ProxyPair>
 
 Scalar ActiveContacts::size_of(const Course& course, const ToolBody& body,
                                const ToolStep& step) const {
-  return ToolMotion(course.pose, step, 1, scene_.hinges).largest_displacement(body, 1);
+  return ToolMotion(course.pose[body.tool], step, 1, scene_.tools[body.tool].hinges)
+      .largest_displacement(body, 1);
 }
 
 // A device far inside what holds the tool pulls it a long way, but it will hardly move farther than
 // the device did, or than last time. Holds farther away are found by the proof.
 Scalar ActiveContacts::likely_step(const Course& course, const ToolBody& body,
-                                   const ToolMotion& wished, Scalar duration) const {
-  return std::min(
-      wished.largest_displacement(body, duration),
-      size_of(course, body, course.goal_step) + size_of(course, body, course.last_step));
+                                   const ToolMotions& wished, Scalar duration) const {
+  return std::min(wished.largest_displacement(body, duration),
+                  size_of(course, body, course.goal_step[body.tool]) +
+                      size_of(course, body, course.last_step[body.tool]));
 }
 
 // The tool is expected to go on as in its last motion, give or take what has changed of late in its
@@ -188,14 +200,17 @@ Scalar ActiveContacts::likely_step(const Course& course, const ToolBody& body,
 void ActiveContacts::expect(const Course& course, const ProxyPair& pair, Scalar duration,
                             ExpectedApproach& approach) const {
   const ToolBody& body = scene_.bodies[pair.body];
-  const ToolMotion motion(course.pose, scaled(course.rate, duration), duration, scene_.hinges);
+  const std::size_t tool = body.tool;
+  const ToolMotion motion(course.pose[tool], scaled(course.rate[tool], duration), duration,
+                          scene_.tools[tool].hinges);
   const Twist twist = motion.of(body).twist(0);
   approach.v_W = duration * twist.v_WB;
   approach.w_W = duration * twist.w_WB;
   approach.origin_W = scene_.body_pose(course.pose, pair.body).translation();
   const Scalar surprise =
-      size_of(course, body, difference(course.goal_step, course.last_goal_step)) +
-      size_of(course, body, scaled(difference(course.rate, course.rate_before), duration)) +
+      size_of(course, body, difference(course.goal_step[tool], course.last_goal_step[tool])) +
+      size_of(course, body,
+              scaled(difference(course.rate[tool], course.rate_before[tool]), duration)) +
       scene_.obstacles[pair.obstacle]->speed() * duration;
   approach.slack = std::min(surprise, kMostSurprise * scene_.options.rest_offset);
 }
@@ -240,79 +255,104 @@ void ActiveContacts::warm_start() {
   }
 }
 
+// By how much a point of a body leaves the line that it takes at first.
+Vector3 ActiveContacts::bend_of(std::size_t number, const Vector3& p_W, const ToolPoses& from,
+                                const ToolPoses& end, const ToolSteps& steps, Scalar part) const {
+  const ToolBody& body = scene_.bodies[number];
+  const RigidPose& X_WT = from[body.tool].X_WT;
+  const ToolStep& step = steps[body.tool];
+  const RigidPose X_BW = scene_.body_pose(from, number).inverse();
+  const RigidPose X_WB_end = scene_.body_pose(end, number);
+  Vector3 linear = step.v_W + step.w_W.cross(p_W - X_WT.translation());
+  if (body.hinge) {
+    const RigidPose X_WJ = X_WT * scene_.tools[body.tool].hinges[*body.hinge].X_TJ;
+    const Vector3 axis = X_WJ.rotation().col(2);
+    linear += step.angles[*body.hinge] * axis.cross(p_W - X_WJ.translation());
+  }
+  const Vector3 moved = X_WB_end * (X_BW * p_W) - p_W;
+  return moved / part - linear;
+}
+
 // How much the gap at the end of what is tried of a step differs from the linear one, because the
 // material points rotate. It grows with the square of the part that is tried, and the solve counts
 // in whole steps: of a step of which little is tried, little of its curvature matters.
-Scalar ActiveContacts::bend(const ToolPose& from, const ToolMotion& motion, const ToolStep& step,
-                            Scalar part, Scalar end_time) {
-  const ToolPose end = motion.at(end_time);
+Scalar ActiveContacts::bend(const ToolPoses& from, const ToolMotions& motion,
+                            const ToolSteps& steps, Scalar part, Scalar end_time) {
+  const ToolPoses end = motion.at(end_time);
   Scalar change = 0;
   for (HoldPoint& hold : holds_) {
-    const ToolBody& body = scene_.bodies[hold.body];
-    const RigidPose X_BW = scene_.body_pose(from, hold.body).inverse();
-    const RigidPose X_WB_end = scene_.body_pose(end, hold.body);
-    const Vector3 r_W = hold.p_WB - from.X_WT.translation();
-    Vector3 linear = step.v_W + step.w_W.cross(r_W);
-    if (body.hinge) {
-      const RigidPose X_WJ = from.X_WT * scene_.hinges[*body.hinge].X_TJ;
-      const Vector3 axis = X_WJ.rotation().col(2);
-      linear += step.angles[*body.hinge] * axis.cross(hold.p_WB - X_WJ.translation());
-    }
-    const Vector3 moved = X_WB_end * (X_BW * hold.p_WB) - hold.p_WB;
-    const Scalar curvature = hold.nhat_AB_W.dot(moved / part - linear);
+    Vector3 bent_W = bend_of(hold.body, hold.p_WB, from, end, steps, part);
+    if (hold.other) bent_W -= bend_of(*hold.other, hold.p_WA, from, end, steps, part);
+    const Scalar curvature = hold.nhat_AB_W.dot(bent_W);
     change = std::max(change, part * std::abs(curvature - hold.curvature));
     hold.curvature = curvature;
   }
   return change;
 }
 
-ToolStep ActiveContacts::solve(const Course& course, const StepGoal& goal, WorkClock& clock,
-                               TickStatistics& work) {
+ToolSteps ActiveContacts::solve(const Course& course, const StepGoal& goal, WorkClock& clock,
+                                TickStatistics& work) {
   constexpr int kMostBends = 2;
-  ToolStep step;
+  ToolSteps steps;
   for (int k = 0; k <= kMostBends; ++k) {
-    step = solver_.solve(goal, scene_.obstacles, holds_, clock);
+    steps = solver_.solve(goal, scene_.obstacles, holds_, clock);
     ++work.solves;
     if (clock.cutoff()) break;
-    const ToolMotion motion(course.pose, step, goal.duration, scene_.hinges);
-    const Scalar horizon = horizon_of(course, step, goal.duration);
+    const ToolMotions motion(course.pose, steps, goal.duration, scene_.tools);
+    const Scalar horizon = horizon_of(course, steps, goal.duration);
     const Scalar part = horizon / goal.duration;
-    if (bend(course.pose, motion, step, part, horizon) <= kBend * scene_.options.rest_offset) break;
+    if (bend(course.pose, motion, steps, part, horizon) <= kBend * scene_.options.rest_offset) {
+      break;
+    }
   }
-  return step;
+  return steps;
 }
 
 // How much of a step's duration is tried at once.
-Scalar ActiveContacts::horizon_of(const Course& course, const ToolStep& step,
+Scalar ActiveContacts::horizon_of(const Course& course, const ToolSteps& steps,
                                   Scalar duration) const {
   if (!can_hold()) return duration;
-  Scalar turn = step.w_W.norm();
-  for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  Scalar turn = 0;
+  for (const ToolStep& step : steps) {
+    turn = std::max(turn, step.w_W.norm());
+    for (const Scalar angle : step.angles) turn = std::max(turn, std::abs(angle));
+  }
   Scalar part = std::min(Scalar{1}, kMostTurn / turn);
   Scalar tissue = 0;
   for (const auto& obstacle : scene_.obstacles)
     tissue = std::max(tissue, obstacle->speed() * duration);
   for (const ToolBody& body : scene_.bodies) {
-    const Scalar last =
-        size_of(course, body, course.goal_step) + size_of(course, body, course.last_tick_step);
+    const Scalar last = size_of(course, body, course.goal_step[body.tool]) +
+                        size_of(course, body, course.last_tick_step[body.tool]);
     const Scalar most = course.pace * (kMostGrowth * last + kMostSlip * scene_.options.rest_offset);
-    part = std::min(part, (most + kMostGrowth * tissue) / size_of(course, body, step));
+    const Scalar size = size_of(course, body, steps[body.tool]);
+    part = std::min(part, (most + kMostGrowth * tissue) / size);
   }
-  part = std::min(part, trocar_part(course.pose, step));
+  part = std::min(part, trocar_part(course.pose, steps));
   return part < 1 ? part * duration : duration;
 }
 
 // A motion with the turn w and the displacement v leaves the trocar by what these add at second
 // order, at most |w| (|w| l / 2 + |v|) if T's origin is l away. A wish to go across the axis
 // becomes a turn, too.
-Scalar ActiveContacts::trocar_part(const ToolPose& from, const ToolStep& step) const {
-  if (!scene_.trocar) return 1;
-  const Vector3 axis_W = (from.X_WT.rotation() * scene_.trocar->axis_T).normalized();
-  const Vector3 away_W = scene_.trocar->p_W - from.X_WT.translation();
-  const Scalar lever = std::max(away_W.norm(), reach_of(scene_.bodies));
+Scalar ActiveContacts::trocar_part(std::size_t tool, const ToolPose& from,
+                                   const ToolStep& step) const {
+  const auto& trocar = scene_.tools[tool].trocar;
+  if (!trocar) return 1;
+  const Vector3 axis_W = (from.X_WT.rotation() * trocar->axis_T).normalized();
+  const Vector3 away_W = trocar->p_W - from.X_WT.translation();
+  const Scalar lever = std::max(away_W.norm(), reach_of(scene_.bodies, tool));
   const Scalar turn = step.w_W.norm() + step.v_W.cross(axis_W).norm() / lever;
   const Scalar error = turn * (turn * lever / 2 + step.v_W.norm());
   return std::min(Scalar{1}, std::sqrt(kTrocarShare * scene_.options.rest_offset / error));
+}
+
+Scalar ActiveContacts::trocar_part(const ToolPoses& from, const ToolSteps& steps) const {
+  Scalar part = 1;
+  for (std::size_t tool = 0; tool < steps.size(); ++tool) {
+    part = std::min(part, trocar_part(tool, from[tool], steps[tool]));
+  }
+  return part;
 }
 
 void ActiveContacts::add_hit(const HoldPoint& hit) {

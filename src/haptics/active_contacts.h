@@ -10,46 +10,56 @@
 
 namespace dyop::haptics_internal {
 
-/// Where the tool is, and how it and the device have moved of late: what tells how it will go on.
+/// Where the tools are, and how they and the devices have moved of late: what tells how they will
+/// go on.
 struct Course {
-  ToolPose pose;
-  Scalar pace = 1;          ///< part of the way to the device that is tried
-  ToolStep last_step;       ///< of the last motion
-  ToolStep last_tick_step;  ///< of all motions of the last tick
-  ToolStep rate;            ///< the last motion's, per time
-  ToolStep rate_before;     ///< of the motion before it
-  ToolStep goal_step;       ///< of the device, since the last tick
-  ToolStep last_goal_step;  ///< in the tick before
+  explicit Course(const ToolPoses& start)
+      : pose(start),
+        last_step(start.size()),
+        last_tick_step(start.size()),
+        rate(start.size()),
+        rate_before(start.size()),
+        goal_step(start.size()),
+        last_goal_step(start.size()) {}
+
+  ToolPoses pose;
+  Scalar pace = 1;           ///< part of the way to the devices that is tried
+  ToolSteps last_step;       ///< of the last motion
+  ToolSteps last_tick_step;  ///< of all motions of the last tick
+  ToolSteps rate;            ///< the last motion's, per time
+  ToolSteps rate_before;     ///< of the motion before it
+  ToolSteps goal_step;       ///< of the devices, since the last tick
+  ToolSteps last_goal_step;  ///< in the tick before
 };
 
-/// The places where obstacles hold the tool or may do so in its next motion.
+/// The places where obstacles hold the tools, or tools each other, or may do so in the next motion.
 class ActiveContacts {
  public:
-  explicit ActiveContacts(const LoopScene& scene);
+  ActiveContacts(const LoopScene& scene, const ToolPoses& start);
 
   std::span<const HoldPoint> holds() const { return holds_; }
   /// Whether anything is in the way of a step; otherwise it need not be solved for.
-  bool can_hold() const { return !holds_.empty() || scene_.trocar; }
-  /// The trocar's force in the last solve.
-  const Vector3& trocar_force_W() const { return solver_.trocar_force_W(); }
+  bool can_hold() const;
+  /// The trocar's force on a tool in the last solve.
+  const Vector3& trocar_force_W(std::size_t tool) const { return solver_.trocar_force_W(tool); }
 
   /// Finds them for a motion that shall go by `wish` in the time `duration`. Starts with the
   /// impulses that they had.
-  void gather(const Course& course, const ToolStep& wish, Scalar duration, PairProofs& proofs,
+  void gather(const Course& course, const ToolSteps& wish, Scalar duration, PairProofs& proofs,
               WorkClock& clock);
   /// Whether the last search was cut off.
   bool was_hasty() const { return was_hasty_; }
   /// What holds stands now.
   void release();
   /// The step nearest to the goal's wish that they admit.
-  ToolStep solve(const Course& course, const StepGoal& goal, WorkClock& clock,
-                 TickStatistics& work);
+  ToolSteps solve(const Course& course, const StepGoal& goal, WorkClock& clock,
+                  TickStatistics& work);
   /// Whether the last solve found no step that keeps all gaps from shrinking.
   bool is_contradiction() const { return solver_.is_contradiction(); }
   /// How much of a step's duration is tried at once.
-  Scalar horizon_of(const Course& course, const ToolStep& step, Scalar duration) const;
-  /// How much of a step can be made at once without leaving the trocar; 1 if there is none.
-  Scalar trocar_part(const ToolPose& from, const ToolStep& step) const;
+  Scalar horizon_of(const Course& course, const ToolSteps& steps, Scalar duration) const;
+  /// How much of a step can be made at once without leaving a trocar; 1 if there is none.
+  Scalar trocar_part(const ToolPoses& from, const ToolSteps& steps) const;
   /// A place where a proof found that the tool is held.
   void add_hit(const HoldPoint& hit);
   /// Time in which they move with the tool and with tissue.
@@ -58,27 +68,32 @@ class ActiveContacts {
   void forget(std::size_t obstacle);
   /// The tool is elsewhere.
   void forget_all();
-  void set_coupling(const CouplingOptions& coupling) { solver_.set_coupling(coupling); }
+  void set_coupling(std::size_t tool, const CouplingOptions& coupling) {
+    solver_.set_coupling(tool, coupling);
+  }
 
  private:
-  Scalar likely_step(const Course& course, const ToolBody& body, const ToolMotion& wished,
+  Scalar likely_step(const Course& course, const ToolBody& body, const ToolMotions& wished,
                      Scalar duration) const;
   Scalar size_of(const Course& course, const ToolBody& body, const ToolStep& step) const;
+  Scalar trocar_part(std::size_t tool, const ToolPose& from, const ToolStep& step) const;
   void expect(const Course& course, const ProxyPair& pair, Scalar duration,
               ExpectedApproach& approach) const;
-  void carry(const Course& course, std::span<const ProxyPair> pairs);
-  void keep_found(const Course& course, std::span<const ProxyPair> pairs);
+  void carry(const Course& course, const PairProofs& proofs);
+  void keep_found(const Course& course, const PairProofs& proofs);
   void add_if_new(const HoldPoint& hold);
   std::size_t most_holds(const Course& course) const;
   void thin(const Course& course);
   void warm_start();
-  Scalar bend(const ToolPose& from, const ToolMotion& motion, const ToolStep& step, Scalar part,
+  Vector3 bend_of(std::size_t body, const Vector3& p_W, const ToolPoses& from, const ToolPoses& end,
+                  const ToolSteps& steps, Scalar part) const;
+  Scalar bend(const ToolPoses& from, const ToolMotions& motion, const ToolSteps& steps, Scalar part,
               Scalar end_time);
 
   const LoopScene& scene_;
   HoldSolver solver_;
   std::vector<HoldPoint> holds_;
-  ToolPose holds_from_;           // where they were found
+  ToolPoses holds_from_;          // where they were found
   Scalar holds_since_ = 0;        // time since then
   bool was_hasty_ = false;        // the last search was cut off
   std::int64_t search_work_ = 0;  // pieces of the last search

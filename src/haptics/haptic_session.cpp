@@ -16,30 +16,45 @@
 namespace dyop {
 namespace haptics_internal {
 
-struct SessionState {
-  SessionState(const HapticScene& scene, const HapticOptions& given)
-      : options(given),
-        proxy(scene, given),
-        filter(given, reach_of(proxy.bodies())),
-        coupling(given.coupling),
-        clock(given.max_work) {
+/// What a session knows of a tool besides its proxy.
+struct ToolState {
+  ToolState(const HapticTool& tool, Scalar reach, const HapticScene& scene,
+            const HapticOptions& options)
+      : filter(options, reach), coupling(*tool.coupling), wanted(*tool.coupling) {
     for (std::size_t k = 0; k < scene.obstacles.size(); ++k) {
       const ToolObstacle& obstacle = scene.obstacles[k];
       if (obstacle.role != ObstacleRole::SoftRegion || !(obstacle.soft_stiffness > 0)) continue;
-      soft_regions.push_back(std::make_unique<SoftRegion>(scene, k, given));
+      soft_regions.push_back(std::make_unique<SoftRegion>(tool, obstacle, k, options));
     }
+  }
+
+  std::vector<std::unique_ptr<SoftRegion>> soft_regions;
+  DeviceFilter filter;
+  VirtualCoupling coupling;
+  // Springs that shall act as soon as they may.
+  CouplingOptions wanted;
+  bool is_stiffening = false;  // not all of them do
+};
+
+struct SessionState {
+  SessionState(const HapticScene& scene, const HapticOptions& given)
+      : options(given), proxy(scene, given), clock(given.max_work) {
+    const std::span<const HapticTool> all = proxy.scene().tools;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      tools.emplace_back(all[k], reach_of(proxy.scene().bodies, k), scene, given);
+    }
+    ticks.resize(tools.size());
+  }
+
+  std::span<const std::unique_ptr<Obstacle>> obstacles() const {
+    return std::span(proxy.scene().obstacles).first(proxy.scene().scene_obstacles);
   }
 
   HapticOptions options;
   Proxy proxy;
-  std::vector<std::unique_ptr<SoftRegion>> soft_regions;
-  DeviceFilter filter;
-  VirtualCoupling coupling;
+  std::vector<ToolState> tools;
+  std::vector<HapticTick> ticks;  // by tool
   WorkClock clock;
-  // Springs that shall act as soon as they may.
-  CouplingOptions wanted = options.coupling;
-  bool is_stiffening = false;  // not all of them do
-  HapticTick tick;
   Scalar time = 0;
   // Memory of find_contacts().
   haptics_internal::PairMemory search_memory;
@@ -54,10 +69,15 @@ using haptics_internal::DeformingObstacle;
 using haptics_internal::DeviceFilter;
 using haptics_internal::FollowReport;
 using haptics_internal::HoldPoint;
+using haptics_internal::LoopScene;
 using haptics_internal::Obstacle;
+using haptics_internal::PerTool;
 using haptics_internal::ProxyPair;
 using haptics_internal::SessionState;
+using haptics_internal::ToolPoses;
+using haptics_internal::ToolState;
 using haptics_internal::ToolStep;
+using haptics_internal::ToolSteps;
 
 // Time that a tick may miss by rounding.
 constexpr Scalar kTimeNoise = 0x1p-20;
@@ -98,22 +118,30 @@ void require_valid(const HapticOptions& options) {
                options.max_contacts);
 }
 
-void require_valid(const HapticScene& scene) {
-  DYOP_REQUIRE(scene.hinges.size() <= kMostHinges, "HapticSession: a tool has at most ",
-               kMostHinges, " hinges, not ", scene.hinges.size());
-  for (const ToolHinge& hinge : scene.hinges) {
+void require_valid(const HapticTool& tool) {
+  DYOP_REQUIRE(tool.hinges.size() <= kMostHinges, "HapticSession: a tool has at most ", kMostHinges,
+               " hinges, not ", tool.hinges.size());
+  for (const ToolHinge& hinge : tool.hinges) {
     require_positive("a hinge's stiffness", hinge.stiffness);
     DYOP_REQUIRE(std::isfinite(hinge.angle), "HapticSession: a hinge's angle must be finite, not ",
                  hinge.angle);
   }
-  if (scene.trocar) {
-    const ToolTrocar& trocar = *scene.trocar;
-    const Scalar length = trocar.axis_T.norm();
-    DYOP_REQUIRE(
-        length > 0 && length < kInfinity && trocar.p_W.allFinite() && trocar.p_T.allFinite(),
-        "HapticSession: the trocar's points must be finite, and its axis not (",
-        trocar.axis_T.transpose(), ")");
-  }
+  if (!tool.trocar) return;
+  const ToolTrocar& trocar = *tool.trocar;
+  const Scalar length = trocar.axis_T.norm();
+  DYOP_REQUIRE(length > 0 && length < kInfinity && trocar.p_W.allFinite() && trocar.p_T.allFinite(),
+               "HapticSession: the trocar's points must be finite, and its axis not (",
+               trocar.axis_T.transpose(), ")");
+}
+
+void require_valid(const HapticScene& scene) {
+  DYOP_REQUIRE(scene.more_tools.size() < kMostTools, "HapticSession: there are at most ",
+               kMostTools, " tools, not ", 1 + scene.more_tools.size());
+  for (const HapticTool& tool : scene.tools()) require_valid(tool);
+  DYOP_REQUIRE(scene.tool_margin >= 0 && scene.tool_margin < kInfinity,
+               "HapticSession: tool_margin must be finite and >= 0, not ", scene.tool_margin);
+  DYOP_REQUIRE(scene.tool_friction >= 0 && scene.tool_friction < kInfinity,
+               "HapticSession: tool_friction must be finite and >= 0, not ", scene.tool_friction);
   for (std::size_t k = 0; k < scene.obstacles.size(); ++k) {
     const ToolObstacle& obstacle = scene.obstacles[k];
     const auto require = [&](const char* name, Scalar value) {
@@ -128,12 +156,12 @@ void require_valid(const HapticScene& scene) {
   }
 }
 
-HapticStatus status_of(const FollowReport& report, bool was_cut, bool is_late) {
-  if (report.was_overlapping) return HapticStatus::Overlapping;
-  if (report.was_recovering) return HapticStatus::Recovering;
+HapticStatus status_of(const FollowReport& report, std::size_t tool, bool was_cut, bool is_late) {
+  if (report.overlapping[tool]) return HapticStatus::Overlapping;
+  if (report.recovering[tool]) return HapticStatus::Recovering;
   if (was_cut) return HapticStatus::Deadline;
   if (is_late) return HapticStatus::Trapped;
-  if (report.is_at_goal) return HapticStatus::Free;
+  if (report.at_goal[tool]) return HapticStatus::Free;
   return report.is_held ? HapticStatus::Held : HapticStatus::Blocked;
 }
 
@@ -145,34 +173,68 @@ ContactState state_of(const Vector3& force_W, const Vector3& nhat_W, Scalar fric
 }
 
 // Without its force.
-ToolContactPoint point_of(const HoldPoint& hold,
-                          std::span<const haptics_internal::ToolBody> bodies) {
+ToolContactPoint point_of(const HoldPoint& hold, const LoopScene& scene) {
+  const haptics_internal::ToolBody& body = scene.bodies[hold.body];
   ToolContactPoint contact;
+  contact.tool = body.tool;
   contact.obstacle = hold.obstacle;
-  contact.part = hold.body;
+  contact.part = hold.body - scene.first_body[body.tool];
   contact.p_W = hold.p_WB;
   contact.nhat_W = hold.nhat_AB_W;
   contact.gap = hold.gap();
-  contact.hinge = bodies[hold.body].hinge;
+  contact.hinge = body.hinge;
   contact.p_WO = hold.p_WA;
   contact.v_WO = hold.v_WA;
   contact.surface = hold.surface;
   return contact;
 }
 
-void tell_contacts(const SessionState& state, HapticTick& tick) {
-  tick.contacts.clear();
-  tick.candidates.clear();
+// As the other tool sees it.
+HoldPoint mirrored(const HoldPoint& hold) {
+  HoldPoint seen = hold;
+  seen.body = *hold.other;
+  std::swap(seen.p_WA, seen.p_WB);
+  seen.nhat_AB_W = -hold.nhat_AB_W;
+  seen.impulse_W = -hold.impulse_W;
+  return seen;
+}
+
+void tell_tool_contact(SessionState& state, const ToolContactPoint& point, const HoldPoint& hold) {
+  const LoopScene& scene = state.proxy.scene();
+  const std::size_t tool = scene.bodies[hold.body].tool, other = scene.bodies[*hold.other].tool;
+  ToolContactPoint contact = point;
+  contact.obstacle = other;
+  state.ticks[tool].tool_contacts.push_back(contact);
+  contact = point_of(mirrored(hold), scene);
+  contact.obstacle = tool;
+  contact.force_W = -point.force_W;
+  contact.state = point.state;
+  state.ticks[other].tool_contacts.push_back(contact);
+}
+
+void tell_contacts(SessionState& state) {
   const haptics_internal::Proxy& proxy = state.proxy;
+  const LoopScene& scene = proxy.scene();
+  for (std::size_t k = 0; k < state.ticks.size(); ++k) {
+    HapticTick& tick = state.ticks[k];
+    tick.contacts.clear();
+    tick.candidates.clear();
+    tick.tool_contacts.clear();
+    tick.impulses = proxy.impulses(k);
+    tick.trocar_force_W = proxy.trocar_force_W(k);
+  }
   for (const HoldPoint& hold : proxy.holds()) {
-    ToolContactPoint contact = point_of(hold, proxy.bodies());
+    ToolContactPoint contact = point_of(hold, scene);
     contact.force_W = proxy.force_W(hold);
     contact.state =
-        state_of(contact.force_W, hold.nhat_AB_W, proxy.obstacles()[hold.obstacle]->friction);
-    (contact.state == ContactState::Open ? tick.candidates : tick.contacts).push_back(contact);
+        state_of(contact.force_W, hold.nhat_AB_W, scene.obstacles[hold.obstacle]->friction);
+    HapticTick& tick = state.ticks[scene.bodies[hold.body].tool];
+    if (hold.other) {
+      tell_tool_contact(state, contact, hold);
+    } else {
+      (contact.state == ContactState::Open ? tick.candidates : tick.contacts).push_back(contact);
+    }
   }
-  tick.impulses = proxy.impulses();
-  tick.trocar_force_W = proxy.trocar_force_W();
 }
 
 // A bound of the speed of all points of a body if the tool keeps the motion of this tick.
@@ -184,32 +246,55 @@ Scalar body_speed(const haptics_internal::ToolBody& body, const ToolStep& step, 
          dt;
 }
 
-void tell_clearances(const SessionState& state, const ToolStep& step, Scalar dt, HapticTick& tick) {
-  for (ToolClearance& clearance : tick.clearances) {
-    clearance = {};
-    clearance.lower = kInfinity;
+// Takes the pair's bounds into a clearance if they are nearer. The points are the tool's and the
+// other side's.
+void narrow(const ProxyPair& pair, Scalar margin, Scalar speed, const Vector3& p_WT,
+            const Vector3& p_WO, ToolClearance& clearance) {
+  clearance.lower = std::min(clearance.lower, pair.distance.lower);
+  const Scalar free = pair.distance.lower - margin;
+  const Scalar time = free > 0 ? (speed > 0 ? free / speed : kInfinity) : 0;
+  clearance.time_to_breach = std::min(clearance.time_to_breach, time);
+  if (!(pair.distance.upper < clearance.upper)) return;
+  clearance.upper = pair.distance.upper;
+  clearance.p_WT = p_WT;
+  clearance.p_WO = p_WO;
+  clearance.is_breached = pair.distance.upper < margin;
+}
+
+void tell_clearances(SessionState& state, const ToolSteps& steps, Scalar dt) {
+  ToolClearance none;
+  none.lower = kInfinity;
+  const std::size_t tools = state.ticks.size();
+  for (HapticTick& tick : state.ticks) {
+    tick.clearances.assign(state.obstacles().size(), none);
+    tick.tool_clearances.assign(tools > 1 ? tools : 0, none);
   }
+  const LoopScene& scene = state.proxy.scene();
   for (const ProxyPair& pair : state.proxy.pairs()) {
-    const Obstacle& obstacle = *state.proxy.obstacles()[pair.obstacle];
-    ToolClearance& clearance = tick.clearances[pair.obstacle];
-    clearance.lower = std::min(clearance.lower, pair.distance.lower);
-    const Scalar speed = body_speed(state.proxy.bodies()[pair.body], step, dt) + obstacle.speed();
-    const Scalar free = pair.distance.lower - obstacle.margin;
-    const Scalar time = free > 0 ? (speed > 0 ? free / speed : kInfinity) : 0;
-    clearance.time_to_breach = std::min(clearance.time_to_breach, time);
-    if (!(pair.distance.upper < clearance.upper)) continue;
-    clearance.upper = pair.distance.upper;
-    clearance.p_WT = pair.distance.p_WB;
-    clearance.p_WO = pair.distance.p_WA;
-    clearance.is_breached = pair.distance.upper < obstacle.margin;
+    const Obstacle& obstacle = *scene.obstacles[pair.obstacle];
+    const haptics_internal::ToolBody& body = scene.bodies[pair.body];
+    const auto& [lower, upper, p_WA, p_WB] = pair.distance;
+    const Scalar speed = body_speed(body, steps[body.tool], dt);
+    HapticTick& tick = state.ticks[body.tool];
+    const auto number = scene.body_of(pair.obstacle);
+    if (!number) {
+      narrow(pair, obstacle.margin, speed + obstacle.speed(), p_WB, p_WA,
+             tick.clearances[pair.obstacle]);
+      continue;
+    }
+    const haptics_internal::ToolBody& other = scene.bodies[*number];
+    const Scalar both = speed + body_speed(other, steps[other.tool], dt);
+    narrow(pair, obstacle.margin, both, p_WB, p_WA, tick.tool_clearances[other.tool]);
+    narrow(pair, obstacle.margin, both, p_WA, p_WB,
+           state.ticks[other.tool].tool_clearances[body.tool]);
   }
 }
 
 // What soft regions pull the hand with.
-AddedPull soft_pull(const SessionState& state, const Vector3& p_WD) {
+AddedPull soft_pull(const ToolState& tool, const RigidPose& X_WT, const Vector3& p_WD) {
   AddedPull sum;
-  for (const auto& region : state.soft_regions) {
-    const AddedPull pull = region->pull(state.proxy.pose().X_WT, p_WD);
+  for (const auto& region : tool.soft_regions) {
+    const AddedPull pull = region->pull(X_WT, p_WD);
     sum.wrench.force_W += pull.wrench.force_W;
     sum.wrench.torque_W += pull.wrench.torque_W;
     sum.stored += pull.stored;
@@ -218,90 +303,98 @@ AddedPull soft_pull(const SessionState& state, const Vector3& p_WD) {
 }
 
 // The wrench for a device where it is, or where it last was.
-void tell_wrench(SessionState& state, DeviceFilter::Verdict verdict, Scalar dt, HapticTick& tick) {
-  if (verdict == DeviceFilter::Verdict::Moved) state.coupling.rebase();
-  if (verdict == DeviceFilter::Verdict::Invalid || !state.filter.goal()) {
-    state.coupling.release();
+void tell_wrench(ToolState& tool, DeviceFilter::Verdict verdict, Scalar dt, HapticTick& tick) {
+  if (verdict == DeviceFilter::Verdict::Moved) tool.coupling.rebase();
+  if (verdict == DeviceFilter::Verdict::Invalid || !tool.filter.goal()) {
+    tool.coupling.release();
     tick.wrench = {};
     return;
   }
-  const RigidPose& X_WD = state.filter.goal()->X_WT;
-  tick.wrench =
-      state.coupling.update(X_WD, tick.tool.X_WT, dt, soft_pull(state, X_WD.translation()));
-  tick.energy_returned = state.coupling.energy_returned();
+  const RigidPose& X_WD = tool.filter.goal()->X_WT;
+  const RigidPose& X_WT = tick.tool.X_WT;
+  tick.wrench = tool.coupling.update(X_WD, X_WT, dt, soft_pull(tool, X_WT, X_WD.translation()));
+  tick.energy_returned = tool.coupling.energy_returned();
 }
 
 void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
   tick.tissue_stopped = late;
   tick.tissue_lag = 0;
-  const auto& obstacles = state.proxy.obstacles();
+  const auto obstacles = state.obstacles();
   for (std::size_t k = 0; k < obstacles.size(); ++k) {
-    obstacles[k]->stop(late);
     tick.tissue_lag = std::max(tick.tissue_lag, obstacles[k]->lag());
     tick.snapshots[k] = obstacles[k]->snapshots_seen();
     tick.progress[k] = obstacles[k]->progress();
   }
-  for (const auto& region : state.soft_regions) {
-    tick.tissue_lag = std::max(tick.tissue_lag, region->region().lag());
+  for (const ToolState& tool : state.tools) {
+    for (const auto& region : tool.soft_regions) {
+      tick.tissue_lag = std::max(tick.tissue_lag, region->region().lag());
+    }
   }
 }
 
 // What came of a tick, before it is told.
 struct Outcome {
-  DeviceFilter::Verdict verdict;
+  PerTool<DeviceFilter::Verdict> verdicts;
   Scalar dt;  // that passed
-  FollowReport report;
+  FollowReport report = {};
   bool was_cut = false;
-  ToolStep step;    // of the tool
+  ToolSteps steps = {};
   Scalar late = 0;  // time in which tissue stood
 };
 
-// Each region's own proxy goes where the tool is now.
-void follow_in_soft_regions(SessionState& state, Scalar dt) {
-  for (const auto& region : state.soft_regions) {
-    region->region().let_see(state.proxy.obstacles()[region->obstacle()]->snapshots_seen());
-    region->follow(state.proxy.pose(), dt, state.clock, state.tick.statistics);
+// Each region's own proxy goes where its tool is now.
+void follow_in_soft_regions(SessionState& state, Scalar dt, TickStatistics& work) {
+  for (std::size_t k = 0; k < state.tools.size(); ++k) {
+    for (const auto& region : state.tools[k].soft_regions) {
+      region->region().let_see(state.obstacles()[region->obstacle()]->snapshots_seen());
+      region->follow(state.proxy.poses()[k], dt, state.clock, work);
+    }
   }
 }
 
 // The energy that springs hold must not grow with their stiffness, so that waits until they hold
 // none.
-void stiffen(SessionState& state, bool is_free) {
+void stiffen(SessionState& state, std::size_t number, bool is_free) {
+  ToolState& tool = state.tools[number];
   const auto allowed = [&](const Vector3& now, const Vector3& wanted) {
     return is_free ? wanted : Vector3(now.cwiseMin(wanted));
   };
-  const CouplingOptions& now = state.coupling.options();
-  CouplingOptions next = state.wanted;
+  const CouplingOptions& now = tool.coupling.options();
+  CouplingOptions next = tool.wanted;
   next.stiffness = allowed(now.stiffness, next.stiffness);
   next.rotational_stiffness = allowed(now.rotational_stiffness, next.rotational_stiffness);
-  state.coupling.set_options(next);
-  state.proxy.set_coupling(next);
-  state.is_stiffening = next.stiffness != state.wanted.stiffness ||
-                        next.rotational_stiffness != state.wanted.rotational_stiffness;
+  tool.coupling.set_options(next);
+  state.proxy.set_coupling(number, next);
+  tool.is_stiffening = next.stiffness != tool.wanted.stiffness ||
+                       next.rotational_stiffness != tool.wanted.rotational_stiffness;
 }
 
 // The stages of a tick up to the clearances. Without a device pose the proxy stays where it is,
 // unless tissue pushes it. A tick that only has to leave soft regions and clearances to the next
 // has done all that its status tells.
-Outcome run_stages(SessionState& state, const DevicePose& device, Scalar dt) {
+Outcome run_stages(SessionState& state, std::span<const DevicePose> devices, Scalar dt,
+                   TickStatistics& work) {
   using Verdict = DeviceFilter::Verdict;
-  TickStatistics& work = state.tick.statistics;
-  const ToolPose before = state.proxy.pose();
-  Outcome outcome{state.filter.judge(device, dt), dt >= 0 && dt < kInfinity ? dt : 0, {}, {}, {}};
-  const std::optional<ToolPose> goal =
-      outcome.verdict == Verdict::Invalid ? std::nullopt : state.filter.goal();
-  outcome.report = state.proxy.follow(goal, outcome.dt, state.clock, work);
+  const std::size_t tools = state.tools.size();
+  const ToolPoses before = state.proxy.poses();
+  Outcome outcome{PerTool<Verdict>(tools), dt >= 0 && dt < kInfinity ? dt : 0};
+  PerTool<std::optional<ToolPose>> goals(tools);
+  for (std::size_t k = 0; k < tools; ++k) {
+    outcome.verdicts[k] = state.tools[k].filter.judge(devices[k], dt);
+    if (outcome.verdicts[k] != Verdict::Invalid) goals[k] = state.tools[k].filter.goal();
+  }
+  outcome.report = state.proxy.follow(goals, outcome.dt, state.clock, work);
   outcome.was_cut = state.clock.cutoff().has_value();
-  follow_in_soft_regions(state, outcome.dt);
+  follow_in_soft_regions(state, outcome.dt, work);
   state.proxy.measure({state.clock, state.options.clearance_work}, work);
-  outcome.step = haptics_internal::step_between(before, state.proxy.pose());
+  outcome.steps = haptics_internal::step_between(before, state.proxy.poses());
   const Scalar late = outcome.dt - outcome.report.committed;
   if (late > kTimeNoise * outcome.dt) outcome.late = late;
   return outcome;
 }
 
-HapticStatus status_of(const Outcome& outcome) {
-  switch (outcome.verdict) {
+HapticStatus status_of(const Outcome& outcome, std::size_t tool) {
+  switch (outcome.verdicts[tool]) {
     case DeviceFilter::Verdict::Invalid:
       return HapticStatus::InvalidInput;
     case DeviceFilter::Verdict::Outlier:
@@ -310,33 +403,51 @@ HapticStatus status_of(const Outcome& outcome) {
     case DeviceFilter::Verdict::Moved:
       break;
   }
-  return status_of(outcome.report, outcome.was_cut, outcome.late > 0);
+  return status_of(outcome.report, tool, outcome.was_cut, outcome.late > 0);
 }
 
-const HapticTick& run_tick(SessionState& state, const DevicePose& device, Scalar dt) {
-  HapticTick& tick = state.tick;
-  tick.statistics = {};
-  const Outcome outcome = run_stages(state, device, dt);
-  state.time += outcome.dt;
+void tell(SessionState& state, const Outcome& outcome, std::size_t number, Scalar dt) {
+  HapticTick& tick = state.ticks[number];
+  ToolState& tool = state.tools[number];
   tick.time = state.time;
-  tick.tool = state.proxy.pose();
-  tick.path = state.proxy.path();
+  tick.tool = state.proxy.poses()[number];
+  tick.path = state.proxy.path(number);
   tick.cutoff = state.clock.cutoff();
-  tick.statistics.checkpoints = state.clock.checkpoints();
-  tick.statistics.work = state.clock.work();
   tell_tissue(state, outcome.late, tick);
-  tell_contacts(state, tick);
-  tell_clearances(state, outcome.step, outcome.dt, tick);
-  tell_wrench(state, outcome.verdict, dt, tick);
-  tick.status = status_of(outcome);
-  if (state.is_stiffening) stiffen(state, tick.status == HapticStatus::Free);
-  return tick;
+  tell_wrench(tool, outcome.verdicts[number], dt, tick);
+  tick.status = status_of(outcome, number);
+  if (tool.is_stiffening) stiffen(state, number, tick.status == HapticStatus::Free);
+}
+
+void run_tick(SessionState& state, std::span<const DevicePose> devices, Scalar dt) {
+  DYOP_REQUIRE(devices.size() == state.tools.size(), "HapticSession: ", devices.size(),
+               " device poses for ", state.tools.size(), " tools");
+  const auto start = std::chrono::steady_clock::now();
+  TickStatistics work;
+  const Outcome outcome = run_stages(state, devices, dt, work);
+  state.time += outcome.dt;
+  work.checkpoints = state.clock.checkpoints();
+  work.work = state.clock.work();
+  for (const auto& obstacle : state.obstacles()) obstacle->stop(outcome.late);
+  tell_contacts(state);
+  tell_clearances(state, outcome.steps, outcome.dt);
+  for (std::size_t k = 0; k < state.tools.size(); ++k) tell(state, outcome, k, dt);
+  const auto latency = std::chrono::steady_clock::now() - start;
+  for (HapticTick& tick : state.ticks) {
+    tick.statistics = work;
+    tick.latency = latency;
+  }
+}
+
+void require_tool(const SessionState& state, std::size_t tool) {
+  DYOP_REQUIRE(tool < state.tools.size(), "HapticSession: there is no tool ", tool, " of ",
+               state.tools.size());
 }
 
 DeformingObstacle& deforming(const SessionState& state, std::size_t number) {
-  DYOP_REQUIRE(number < state.proxy.obstacles().size(), "HapticSession: there is no obstacle ",
-               number, " of ", state.proxy.obstacles().size());
-  auto* obstacle = dynamic_cast<DeformingObstacle*>(state.proxy.obstacles()[number].get());
+  DYOP_REQUIRE(number < state.obstacles().size(), "HapticSession: there is no obstacle ", number,
+               " of ", state.obstacles().size());
+  auto* obstacle = dynamic_cast<DeformingObstacle*>(state.obstacles()[number].get());
   DYOP_REQUIRE(obstacle, "HapticSession: obstacle ", number, " does not deform");
   return *obstacle;
 }
@@ -368,9 +479,10 @@ void require_valid(const ContactSearch& search, const ObstacleProgress& progress
                "find_contacts: fraction must be in [0, 1], not ", progress.fraction);
 }
 
-bool is_crowded(const HoldPoint& hold, Scalar spread, std::span<const ToolContactPoint> contacts) {
+bool is_crowded(const ToolContactPoint& point, Scalar spread,
+                std::span<const ToolContactPoint> contacts) {
   return std::any_of(contacts.begin(), contacts.end(), [&](const ToolContactPoint& contact) {
-    return contact.part == hold.body && (contact.p_W - hold.p_WB).norm() < spread;
+    return contact.part == point.part && (contact.p_W - point.p_W).norm() < spread;
   });
 }
 
@@ -382,9 +494,11 @@ bool give(const SessionState& state, const char* name, std::size_t number,
   DeformingObstacle& tissue = deforming(state, number);
   require_places(state, name, vertices);
   if (tissue.has_next()) return false;
-  for (const auto& region : state.soft_regions) {
-    if (region->obstacle() != number) continue;
-    if (!give_to(static_cast<DeformingObstacle&>(region->region()))) return false;
+  for (const ToolState& tool : state.tools) {
+    for (const auto& region : tool.soft_regions) {
+      if (region->obstacle() != number) continue;
+      if (!give_to(static_cast<DeformingObstacle&>(region->region()))) return false;
+    }
   }
   return give_to(tissue);
 }
@@ -458,13 +572,17 @@ HapticSession::HapticSession(const HapticScene& scene, const HapticOptions& opti
   state_ = std::make_unique<SessionState>(scene, options);
   // Without a limit, so that the first tick knows what is far.
   haptics_internal::WorkClock unlimited;
-  state_->proxy.measure(haptics_internal::WorkShare(unlimited), state_->tick.statistics);
-  state_->tick.tool = state_->proxy.pose();
-  state_->tick.clearances.resize(scene.obstacles.size());
-  state_->tick.snapshots.resize(scene.obstacles.size());
-  state_->tick.progress.resize(scene.obstacles.size());
-  state_->tick.contacts.reserve(std::size_t(options.max_contacts));
-  state_->tick.candidates.reserve(std::size_t(options.max_contacts));
+  TickStatistics work;
+  state_->proxy.measure(haptics_internal::WorkShare(unlimited), work);
+  for (std::size_t k = 0; k < state_->tools.size(); ++k) {
+    HapticTick& tick = state_->ticks[k];
+    tick.tool = state_->proxy.poses()[k];
+    tick.clearances.resize(scene.obstacles.size());
+    tick.snapshots.resize(scene.obstacles.size());
+    tick.progress.resize(scene.obstacles.size());
+    tick.contacts.reserve(std::size_t(options.max_contacts));
+    tick.candidates.reserve(std::size_t(options.max_contacts));
+  }
 }
 
 HapticSession::~HapticSession() = default;
@@ -473,53 +591,65 @@ HapticSession& HapticSession::operator=(HapticSession&&) noexcept = default;
 
 const HapticTick& HapticSession::update(const DevicePose& device, Scalar dt,
                                         const Deadline& deadline) {
-  const auto start = std::chrono::steady_clock::now();
+  return update(std::span(&device, 1), dt, deadline).front();
+}
+
+std::span<const HapticTick> HapticSession::update(std::span<const DevicePose> devices, Scalar dt,
+                                                  const Deadline& deadline) {
   state_->clock.start(deadline);
-  const HapticTick& tick = run_tick(*state_, device, dt);
-  state_->tick.latency = std::chrono::steady_clock::now() - start;
-  return tick;
+  run_tick(*state_, devices, dt);
+  return state_->ticks;
 }
 
 const HapticTick& HapticSession::replay(const DevicePose& device, Scalar dt,
                                         const std::optional<TickCutoff>& cutoff) {
-  const auto start = std::chrono::steady_clock::now();
+  return replay(std::span(&device, 1), dt, cutoff).front();
+}
+
+std::span<const HapticTick> HapticSession::replay(std::span<const DevicePose> devices, Scalar dt,
+                                                  const std::optional<TickCutoff>& cutoff) {
   state_->clock.start(cutoff);
-  const HapticTick& tick = run_tick(*state_, device, dt);
-  state_->tick.latency = std::chrono::steady_clock::now() - start;
-  return tick;
+  run_tick(*state_, devices, dt);
+  return state_->ticks;
 }
 
-void HapticSession::set_coupling(const CouplingOptions& coupling) {
+void HapticSession::set_coupling(const CouplingOptions& coupling, std::size_t tool) {
+  require_tool(*state_, tool);
   const VirtualCoupling checked(coupling);
-  state_->wanted = checked.options();
-  const HapticStatus last = state_->tick.status;
-  stiffen(*state_, last == HapticStatus::Free || last == HapticStatus::NotRun);
+  state_->tools[tool].wanted = checked.options();
+  const HapticStatus last = state_->ticks[tool].status;
+  stiffen(*state_, tool, last == HapticStatus::Free || last == HapticStatus::NotRun);
 }
 
-const CouplingOptions& HapticSession::coupling() const {
-  return state_->coupling.options();
+const CouplingOptions& HapticSession::coupling(std::size_t tool) const {
+  require_tool(*state_, tool);
+  return state_->tools[tool].coupling.options();
 }
 
-void HapticSession::reset(const ToolPose& tool) {
+void HapticSession::reset(const ToolPose& pose, std::size_t tool) {
+  require_tool(*state_, tool);
   const Scalar most = haptics_internal::largest_coordinate(state_->options);
-  const Vector3& p_WT = tool.X_WT.translation();
+  const Vector3& p_WT = pose.X_WT.translation();
   DYOP_REQUIRE(p_WT.cwiseAbs().maxCoeff() <= most, "HapticSession: reset to (", p_WT.transpose(),
                "), coordinates must be at most ", most);
-  for (const Scalar angle : tool.angles) {
+  for (const Scalar angle : pose.angles) {
     DYOP_REQUIRE(std::isfinite(angle), "HapticSession: reset to an angle of ", angle);
   }
-  state_->proxy.reset(tool);
-  for (const auto& region : state_->soft_regions) region->reset(tool);
-  state_->filter.reset();
-  state_->coupling.release();
+  state_->proxy.reset(tool, pose);
+  ToolState& changed = state_->tools[tool];
+  for (const auto& region : changed.soft_regions) region->reset(pose);
+  changed.filter.reset();
+  changed.coupling.release();
   haptics_internal::WorkClock unlimited;
-  state_->proxy.measure(haptics_internal::WorkShare(unlimited), state_->tick.statistics);
-  state_->tick.status = HapticStatus::NotRun;
-  state_->tick.tool = tool;
+  TickStatistics work;
+  state_->proxy.measure(haptics_internal::WorkShare(unlimited), work);
+  state_->ticks[tool].status = HapticStatus::NotRun;
+  state_->ticks[tool].tool = pose;
 }
 
-const HapticTick& HapticSession::last() const {
-  return state_->tick;
+const HapticTick& HapticSession::last(std::size_t tool) const {
+  require_tool(*state_, tool);
+  return state_->ticks[tool];
 }
 
 Scalar HapticSession::time() const {
@@ -527,17 +657,23 @@ Scalar HapticSession::time() const {
 }
 
 bool HapticSession::is_passive() const {
-  const CouplingOptions& springs = state_->coupling.options();
-  const bool is_soft = std::all_of(
-      state_->soft_regions.begin(), state_->soft_regions.end(), [&](const auto& region) {
-        return springs.device_damping >
-               least_passive_damping(region->stiffness(), 0, springs.period);
-      });
-  return is_soft && state_->coupling.is_passive();
+  return std::all_of(state_->tools.begin(), state_->tools.end(), [](const ToolState& tool) {
+    const CouplingOptions& springs = tool.coupling.options();
+    const bool is_soft =
+        std::all_of(tool.soft_regions.begin(), tool.soft_regions.end(), [&](const auto& region) {
+          return springs.device_damping >
+                 least_passive_damping(region->stiffness(), 0, springs.period);
+        });
+    return is_soft && tool.coupling.is_passive();
+  });
+}
+
+std::size_t HapticSession::tool_count() const {
+  return state_->tools.size();
 }
 
 std::size_t HapticSession::obstacle_count() const {
-  return state_->proxy.obstacles().size();
+  return state_->obstacles().size();
 }
 
 bool HapticSession::give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
@@ -558,7 +694,7 @@ bool HapticSession::retarget(std::size_t obstacle, std::span<const Vector3> vert
   require_duration(*state_, "retarget", duration);
   DeformingObstacle& tissue = deforming(*state_, obstacle);
   require_places(*state_, "retarget", vertices);
-  for (const auto& region : state_->soft_regions) {
+  for (const auto& region : state_->tools[0].soft_regions) {
     DYOP_REQUIRE(region->obstacle() != obstacle, "retarget: obstacle ", obstacle,
                  " is a soft region; give it snapshots");
   }
@@ -566,23 +702,25 @@ bool HapticSession::retarget(std::size_t obstacle, std::span<const Vector3> vert
 }
 
 bool HapticSession::find_contacts(std::size_t obstacle, const ObstacleProgress& progress,
-                                  const ToolPose& tool, const ContactSearch& search,
-                                  std::vector<ToolContactPoint>& contacts) {
+                                  const ToolPose& pose, const ContactSearch& search,
+                                  std::vector<ToolContactPoint>& contacts, std::size_t tool) {
   const DeformingObstacle& tissue = deforming(*state_, obstacle);
   require_valid(search, progress);
-  const auto bodies = state_->proxy.bodies();
+  require_tool(*state_, tool);
+  const LoopScene& scene = state_->proxy.scene();
   std::vector<HoldPoint>& found = state_->found;
   found.clear();
-  for (std::size_t body = 0; body < bodies.size(); ++body) {
+  for (std::size_t k = scene.first_body[tool]; k < scene.first_body[tool + 1]; ++k) {
+    const haptics_internal::ToolBody& body = scene.bodies[k];
     const RigidPose X_WB =
-        tool.X_WT * haptics_internal::body_in_tool(bodies[body], state_->proxy.hinges(), tool);
+        pose.X_WT * haptics_internal::body_in_tool(body, scene.tools[tool].hinges, pose);
     const std::size_t first = found.size();
-    if (!tissue.find_holds(progress, bodies[body], X_WB, search, state_->search_memory, found)) {
+    if (!tissue.find_holds(progress, body, X_WB, search, state_->search_memory, found)) {
       return false;
     }
-    for (std::size_t k = first; k < found.size(); ++k) {
-      found[k].body = body;
-      found[k].obstacle = obstacle;
+    for (std::size_t i = first; i < found.size(); ++i) {
+      found[i].body = k;
+      found[i].obstacle = obstacle;
     }
   }
   std::sort(found.begin(), found.end(), [](const HoldPoint& x, const HoldPoint& y) {
@@ -590,7 +728,8 @@ bool HapticSession::find_contacts(std::size_t obstacle, const ObstacleProgress& 
   });
   contacts.clear();
   for (const HoldPoint& hold : found) {
-    if (!is_crowded(hold, search.spread, contacts)) contacts.push_back(point_of(hold, bodies));
+    const ToolContactPoint point = point_of(hold, scene);
+    if (!is_crowded(point, search.spread, contacts)) contacts.push_back(point);
   }
   return true;
 }

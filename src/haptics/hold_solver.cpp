@@ -32,8 +32,8 @@ constexpr int kFewestFactorisations = 10;
 constexpr int kGrowWork = 120;
 constexpr int kKeepWork = 240;
 
-// The bodies of the problem: the tool's frame, one that stands still, and one for each angle.
-constexpr std::size_t kFrame = 0, kFixed = 1, kFirstHinge = 2;
+// The body of the problem that stands still; those of the tools follow.
+constexpr std::size_t kFixed = 0;
 
 // What a factorisation counts for.
 int size_of(const ContactProblem& problem) {
@@ -50,82 +50,102 @@ Matrix3 inverse_diagonal(const Vector3& values) {
 
 }  // namespace
 
-HoldSolver::HoldSolver(const CouplingOptions& coupling, std::span<const ToolHinge> hinges,
-                       std::span<const ToolBody> bodies, const std::optional<ToolTrocar>& trocar,
+HoldSolver::HoldSolver(std::span<const HapticTool> tools, std::span<const ToolBody> bodies,
                        std::size_t most_contacts)
-    : hinges_(hinges.begin(), hinges.end()), trocar_(trocar) {
-  set_coupling(coupling);
-  for (const ToolBody& body : bodies) hinge_of_body_.push_back(body.hinge);
-  problem_.bodies.reserve(kFirstHinge + hinges_.size());
+    : tools_(tools.begin(), tools.end()), trocar_forces_W_(tools.size(), Vector3::Zero()) {
+  std::size_t next = kFixed + 1;
+  for (const HapticTool& tool : tools_) {
+    frames_.push_back(next);
+    next += 1 + tool.hinges.size();
+  }
+  for (const ToolBody& body : bodies) carriers_.push_back({body.tool, body.hinge});
+  problem_.bodies.reserve(next);
   problem_.contacts.reserve(most_contacts);
-  problem_.rows.reserve(2);
+  problem_.carriers.reserve(2 * most_contacts);
+  problem_.rows.reserve(2 * tools_.size());
 }
 
-void HoldSolver::set_coupling(const CouplingOptions& coupling) {
-  inverse_stiffness_ = inverse_diagonal(coupling.stiffness);
-  inverse_turn_stiffness_ = inverse_diagonal(coupling.rotational_stiffness);
+void HoldSolver::set_coupling(std::size_t tool, const CouplingOptions& coupling) {
+  tools_[tool].coupling = coupling;
 }
 
-// All bodies are referred to T's origin.
 void HoldSolver::place_bodies(const StepGoal& goal) {
   problem_.bodies.clear();
   problem_.contacts.clear();
+  problem_.carriers.clear();
   problem_.rows.clear();
+  problem_.bodies.emplace_back();  // kFixed
+  for (std::size_t k = 0; k < tools_.size(); ++k) place_tool(k, goal.from[k], goal.wish[k]);
+}
+
+// All bodies are referred to T's origin.
+void HoldSolver::place_tool(std::size_t tool, const ToolPose& from, const ToolStep& wish) {
+  const CouplingOptions& springs = *tools_[tool].coupling;
   ContactBody frame;
-  frame.inverse_mass_W = inverse_stiffness_;
-  frame.inverse_inertia_W = inverse_turn_stiffness_;
-  frame.free_v_W = goal.wish.v_W;
-  frame.free_w_W = goal.wish.w_W;
+  frame.inverse_mass_W = inverse_diagonal(springs.stiffness);
+  frame.inverse_inertia_W = inverse_diagonal(springs.rotational_stiffness);
+  frame.free_v_W = wish.v_W;
+  frame.free_w_W = wish.w_W;
   problem_.bodies.push_back(frame);
-  problem_.bodies.emplace_back();
-  for (std::size_t k = 0; k < hinges_.size(); ++k) {
-    const Vector3 axis = axis_of(goal, k);
+  for (std::size_t k = 0; k < tools_[tool].hinges.size(); ++k) {
+    const Vector3 axis = axis_of(from, tool, k);
     ContactBody angle;
-    angle.inverse_inertia_W = axis * axis.transpose() / hinges_[k].stiffness;
-    angle.free_w_W = -goal.wish.angles[k] * axis;
+    angle.inverse_inertia_W = axis * axis.transpose() / tools_[tool].hinges[k].stiffness;
+    angle.free_w_W = -wish.angles[k] * axis;
     problem_.bodies.push_back(angle);
   }
 }
 
 // The point c of the axis that is nearest to the trocar P must come to it, across the axis: with e
 // across, e . (v + w x (c - o)) = e . (P - c).
-void HoldSolver::add_trocar(const StepGoal& goal) {
-  if (!trocar_) return;
-  const RigidPose& X_WT = goal.from.X_WT;
-  const Vector3 axis_W = (X_WT.rotation() * trocar_->axis_T).normalized();
-  const Vector3 p_W = X_WT * trocar_->p_T;
-  const Vector3 c_W = p_W + axis_W * axis_W.dot(trocar_->p_W - p_W);
-  Vector3 missing_W = trocar_->p_W - c_W;
+void HoldSolver::add_trocar(const StepGoal& goal, std::size_t tool) {
+  const auto& trocar = tools_[tool].trocar;
+  if (!trocar) return;
+  const RigidPose& X_WT = goal.from[tool].X_WT;
+  const Vector3 axis_W = (X_WT.rotation() * trocar->axis_T).normalized();
+  const Vector3 p_W = X_WT * trocar->p_T;
+  const Vector3 c_W = p_W + axis_W * axis_W.dot(trocar->p_W - p_W);
+  Vector3 missing_W = trocar->p_W - c_W;
   const Scalar gap = missing_W.norm();
   if (gap > goal.recovery) missing_W *= goal.recovery / gap;
   const Vector3 first = axis_W.unitOrthogonal();
   for (const Vector3& across : {first, Vector3(axis_W.cross(first))}) {
     JointRow row;
     row.body_a = kFixed;
-    row.body_b = kFrame;
+    row.body_b = frames_[tool];
     row.j_bv_W = across;
     row.j_bw_W = (c_W - X_WT.translation()).cross(across);
     row.target = across.dot(missing_W);
-    row.impulse = across.dot(trocar_force_W_);
+    row.impulse = across.dot(trocar_forces_W_[tool]);
     problem_.rows.push_back(row);
   }
 }
 
-Vector3 HoldSolver::axis_of(const StepGoal& goal, std::size_t hinge) const {
-  return (goal.from.X_WT.rotation() * hinges_[hinge].X_TJ.rotation()).col(2);
+Vector3 HoldSolver::axis_of(const ToolPose& from, std::size_t tool, std::size_t hinge) const {
+  return (from.X_WT.rotation() * tools_[tool].hinges[hinge].X_TJ.rotation()).col(2);
+}
+
+// From the hinge that carries a body, or else from T's origin.
+Vector3 HoldSolver::arm(const StepGoal& goal, const Carrier& carrier, const Vector3& p_W) const {
+  const RigidPose& X_WT = goal.from[carrier.tool].X_WT;
+  if (!carrier.hinge) return p_W - X_WT.translation();
+  return p_W - X_WT * tools_[carrier.tool].hinges[*carrier.hinge].X_TJ.translation();
 }
 
 // A point of a jaw moves by v + w x r + angle axis x (r - hinge): relative to the body of the
 // angle, which turns backwards, it moves as a point of the frame would.
 void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const HoldPoint& hold) {
+  const Carrier& carrier = carriers_[hold.body];
   const Vector3 v_WA = goal.duration * hold.v_WA;
   PointContact contact;
   contact.body_a = kFixed;
-  contact.body_b = kFrame;
-  contact.r_b_W = hold.p_WB - goal.from.X_WT.translation();
-  if (const auto& hinge = hinge_of_body_[hold.body]) {
-    contact.body_a = kFirstHinge + *hinge;
-    contact.r_a_W = hold.p_WB - goal.from.X_WT * hinges_[*hinge].X_TJ.translation();
+  contact.body_b = frames_[carrier.tool];
+  contact.r_b_W = hold.p_WB - goal.from[carrier.tool].X_WT.translation();
+  if (hold.other) {
+    add_other_tool(goal, hold, contact);
+  } else if (carrier.hinge) {
+    contact.body_a = angle_of(carrier);
+    contact.r_a_W = arm(goal, carrier, hold.p_WB);
   }
   contact.nhat_AB_W = hold.nhat_AB_W;
   contact.sticking_velocity_W = v_WA;
@@ -139,6 +159,22 @@ void HoldSolver::add_hold(const StepGoal& goal, const Obstacle& obstacle, const 
   contact.friction = obstacle.friction;
   contact.impulse_W = hold.impulse_W;
   problem_.contacts.push_back(contact);
+}
+
+// Both sides move, each with its hinge, if it is on one.
+void HoldSolver::add_other_tool(const StepGoal& goal, const HoldPoint& hold,
+                                PointContact& contact) {
+  const Carrier& body = carriers_[hold.body];
+  const Carrier& other = carriers_[*hold.other];
+  contact.body_a = frames_[other.tool];
+  contact.r_a_W = hold.p_WA - goal.from[other.tool].X_WT.translation();
+  const std::size_t number = problem_.contacts.size();
+  if (body.hinge) {
+    problem_.carriers.push_back({number, angle_of(body), true, arm(goal, body, hold.p_WB)});
+  }
+  if (other.hinge) {
+    problem_.carriers.push_back({number, angle_of(other), false, arm(goal, other, hold.p_WA)});
+  }
 }
 
 bool HoldSolver::run(const StepGoal& goal, int limit, WorkClock& clock) {
@@ -157,20 +193,23 @@ bool HoldSolver::run(const StepGoal& goal, int limit, WorkClock& clock) {
   return report.residual <= goal.tolerance;
 }
 
-ToolStep HoldSolver::read_step(const StepGoal& goal) const {
-  ToolStep step;
-  step.v_W = problem_.bodies[kFrame].v_W;
-  step.w_W = problem_.bodies[kFrame].w_W;
-  for (std::size_t k = 0; k < hinges_.size(); ++k) {
-    step.angles[k] = -axis_of(goal, k).dot(problem_.bodies[kFirstHinge + k].w_W);
+ToolSteps HoldSolver::read_steps(const StepGoal& goal) const {
+  ToolSteps steps(tools_.size());
+  for (std::size_t tool = 0; tool < tools_.size(); ++tool) {
+    const ContactBody* body = &problem_.bodies[frames_[tool]];
+    steps[tool].v_W = body->v_W;
+    steps[tool].w_W = body->w_W;
+    for (std::size_t k = 0; k < tools_[tool].hinges.size(); ++k) {
+      steps[tool].angles[k] = -axis_of(goal.from[tool], tool, k).dot((++body)->w_W);
+    }
   }
-  return step;
+  return steps;
 }
 
 void HoldSolver::build(const StepGoal& goal, Obstacles obstacles,
                        std::span<const HoldPoint> holds) {
   place_bodies(goal);
-  add_trocar(goal);
+  for (std::size_t k = 0; k < tools_.size(); ++k) add_trocar(goal, k);
   for (const HoldPoint& hold : holds) add_hold(goal, *obstacles[hold.obstacle], hold);
 }
 
@@ -182,7 +221,7 @@ void HoldSolver::build(const StepGoal& goal, Obstacles obstacles,
 void HoldSolver::keep_gaps(const StepGoal& goal, Obstacles obstacles,
                            std::span<const HoldPoint> holds, WorkClock& clock) {
   StepGoal near = goal;
-  near.wish = read_step(goal);
+  near.wish = read_steps(goal);
   build(near, obstacles, holds);
   for (PointContact& contact : problem_.contacts) {
     contact.friction = 0;
@@ -198,8 +237,8 @@ void HoldSolver::keep_gaps(const StepGoal& goal, Obstacles obstacles,
   is_contradiction_ = !run(goal, newton_limit(problem_, kKeepWork), clock);
 }
 
-ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vector<HoldPoint>& holds,
-                           WorkClock& clock) {
+ToolSteps HoldSolver::solve(const StepGoal& goal, Obstacles obstacles,
+                            std::vector<HoldPoint>& holds, WorkClock& clock) {
   is_contradiction_ = false;
   build(goal, obstacles, holds);
   const int work = problem_.contacts.size() <= kFewContacts ? kFewWork : kManyWork;
@@ -207,11 +246,15 @@ ToolStep HoldSolver::solve(const StepGoal& goal, Obstacles obstacles, std::vecto
   for (std::size_t k = 0; k < holds.size(); ++k) {
     holds[k].impulse_W = problem_.contacts[k].impulse_W;
   }
-  trocar_force_W_.setZero();
-  for (const JointRow& row : problem_.rows) trocar_force_W_ += row.impulse * row.j_bv_W;
+  for (std::size_t tool = 0; tool < tools_.size(); ++tool) {
+    trocar_forces_W_[tool].setZero();
+    for (const JointRow& row : problem_.rows) {
+      if (row.body_b == frames_[tool]) trocar_forces_W_[tool] += row.impulse * row.j_bv_W;
+    }
+  }
   if (!is_solved && !clock.cutoff()) keep_gaps(goal, obstacles, holds, clock);
-  if (clock.cutoff()) return {};
-  return read_step(goal);
+  if (clock.cutoff()) return ToolSteps(tools_.size());
+  return read_steps(goal);
 }
 
 }  // namespace dyop::haptics_internal

@@ -18,10 +18,11 @@
 
 namespace dyop::haptics_internal {
 
-/// A point where an obstacle A may hold a body B of the tool, at the start of a motion.
+/// A point where an obstacle A may hold a body B of a tool, at the start of a motion.
 struct HoldPoint {
   std::size_t body = 0;
   std::size_t obstacle = 0;
+  std::optional<std::size_t> other = {};  ///< A is this body, of another tool
   Vector3 p_WA = Vector3::Zero();
   Vector3 p_WB = Vector3::Zero();
   Vector3 nhat_AB_W = Vector3::UnitX();
@@ -97,7 +98,8 @@ struct BodyMotion {
   const ToolBody& body;
   const Motion& X_WB;
   Scalar duration;
-  Scalar displacement;  ///< bound of that of all points, relative to the obstacle's
+  Scalar displacement;           ///< bound of that of all points, relative to the obstacle's
+  const Motion* X_WA = nullptr;  ///< of an obstacle that is a body of another tool
 };
 
 /// An obstacle of the session in its current state. Queries change only their memory; what is kept
@@ -115,6 +117,8 @@ class Obstacle {
   /// The tool must not enter it.
   bool is_hard() const { return role == ObstacleRole::Tissue || role == ObstacleRole::HardRegion; }
 
+  /// A body of a tool is elsewhere.
+  virtual void move_to(const RigidPose& /*X_WA*/) {}
   /// Computes what queries about a body would otherwise compute at the first of them.
   virtual void prepare(const ToolBody& /*body*/, QueryMemory& /*memory*/) const {}
   /// As time_of_impact(), with A the obstacle.
@@ -171,19 +175,33 @@ class Obstacle {
 
 std::unique_ptr<Obstacle> make_rigid_obstacle(const ToolObstacle& obstacle);
 
-/// The tool and what is around it, as they are now.
+/// The tools and what is around them, as they are now. Where there are several tools, the bodies of
+/// each are obstacles for those after it: the obstacles of the scene come first, then all bodies.
 struct LoopScene {
   LoopScene(const HapticScene& scene, const HapticOptions& given);
 
-  RigidPose body_pose(const ToolPose& tool, std::size_t body) const {
-    return tool.X_WT * body_in_tool(bodies[body], hinges, tool);
+  RigidPose body_pose(const ToolPoses& poses, std::size_t body) const {
+    const std::size_t tool = bodies[body].tool;
+    return poses[tool].X_WT * body_in_tool(bodies[body], tools[tool].hinges, poses[tool]);
   }
+  /// The body that an obstacle is; none: it is one of the scene's.
+  std::optional<std::size_t> body_of(std::size_t obstacle) const {
+    if (obstacle < scene_obstacles) return std::nullopt;
+    return obstacle - scene_obstacles;
+  }
+  /// What a tool must be kept apart from are the first ones of the obstacles: so many.
+  std::size_t obstacles_of(std::size_t tool) const {
+    return scene_obstacles + (tools.size() > 1 ? first_body[tool] : 0);
+  }
+  /// Tells obstacles that are bodies where they are.
+  void place(const ToolPoses& poses) const;
 
   HapticOptions options;
-  std::vector<ToolHinge> hinges;
-  std::optional<ToolTrocar> trocar;
-  std::vector<ToolBody> bodies;
+  std::vector<HapticTool> tools;        // each with its springs
+  std::vector<ToolBody> bodies;         // by tool
+  std::vector<std::size_t> first_body;  // by tool, and the end of the last one's
   std::vector<std::unique_ptr<Obstacle>> obstacles;
+  std::size_t scene_obstacles = 0;
 };
 
 }  // namespace dyop::haptics_internal

@@ -42,7 +42,9 @@ PairProofs::PairProofs(const LoopScene& scene)
   memory_.workspace.reserve(kQueuedPairs);
   memory_.pairs.reserve(kReservedPairs);
   for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
-    for (std::size_t obstacle = 0; obstacle < scene.obstacles.size(); ++obstacle) {
+    first_pair_.push_back(pairs_.size());
+    const std::size_t obstacles = scene.obstacles_of(scene.bodies[body].tool);
+    for (std::size_t obstacle = 0; obstacle < obstacles; ++obstacle) {
       ProxyPair& pair = pairs_.emplace_back();
       pair.body = body;
       pair.obstacle = obstacle;
@@ -121,7 +123,7 @@ void PairProofs::choose_band(ProxyPair& pair, Scalar noise) const {
 }
 
 // Where the query found the pair below its band, or it is being left: in a band for where it is.
-PairImpact PairProofs::ask_again(const ToolPose& from, ProxyPair& pair, const BodyMotion& motion,
+PairImpact PairProofs::ask_again(const ToolPoses& from, ProxyPair& pair, const BodyMotion& motion,
                                  Scalar noise, WorkClock& clock, TickStatistics& work) {
   PairImpact impact;
   WorkShare all(clock);
@@ -142,7 +144,7 @@ PairImpact PairProofs::ask_again(const ToolPose& from, ProxyPair& pair, const Bo
 
 // Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
 // a query, or because neither moves; or it crosses and is reported.
-Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar duration,
+Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar duration,
                         WorkClock& clock, TickStatistics& work) {
   Proof proof;
   proof.t_safe = duration;
@@ -151,9 +153,8 @@ Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar d
     if (!obstacle.is_hard()) continue;
     const ToolBody& body = scene_.bodies[pair.body];
     const Scalar moved = motion.largest_displacement(body, proof.t_safe) +
-                         obstacle.speed() * proof.t_safe * (1 + 8 * kUnitRoundoff);
-    const Scalar noise =
-        kStepNoise * (from.X_WT.translation().norm() + moved + body.shape->bounding_radius());
+                         moved_by_obstacle(pair, motion, proof.t_safe);
+    const Scalar noise = kStepNoise * size_of(from, pair, moved);
     if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
         pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
       pair.eased_from = 0;
@@ -161,7 +162,9 @@ Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar d
       pair.is_overlapping = false;
       continue;
     }
-    const BodyMotion asked{body, motion.of(body), proof.t_safe, moved + noise};
+    const auto other = scene_.body_of(pair.obstacle);
+    const BodyMotion asked{body, motion.of(body), proof.t_safe, moved + noise,
+                           other ? &motion.of(scene_.bodies[*other]) : nullptr};
     PairImpact impact;
     impact.status = ToiStatus::InitiallyWithinTarget;
     if (!(pair.eased_from > 0)) {
@@ -172,13 +175,13 @@ Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar d
       impact = ask_again(from, pair, asked, noise, clock, work);
       if (clock.cutoff() && impact.status == ToiStatus::NotRun) {
         Proof cut_off;
-        cut_off.was_recovering = true;
-        cut_off.was_overlapping = proof.was_overlapping;
+        cut_off.recovering = tools_of(pair);
+        cut_off.overlapping = proof.overlapping;
         return cut_off;
       }
-      proof.was_recovering |= pair.eased_from > 0 || pair.is_overlapping;
+      if (pair.eased_from > 0 || pair.is_overlapping) proof.recovering |= tools_of(pair);
       if (pair.is_overlapping) {
-        proof.was_overlapping = true;
+        proof.overlapping |= tools_of(pair);
         pair.eased_from = 0;
         pair.level = 0;
         pair.proven = 0;
@@ -197,9 +200,36 @@ Proof PairProofs::prove(const ToolPose& from, const ToolMotion& motion, Scalar d
     proof.hit = impact.hit;
     proof.hit.body = pair.body;
     proof.hit.obstacle = pair.obstacle;
+    proof.hit.other = other;
     if (!(proof.t_safe > 0)) break;
   }
   return proof;
+}
+
+ToolSet PairProofs::tools_of(const ProxyPair& pair) const {
+  ToolSet tools;
+  tools.set(scene_.bodies[pair.body].tool);
+  if (const auto other = scene_.body_of(pair.obstacle)) tools.set(scene_.bodies[*other].tool);
+  return tools;
+}
+
+// Bound of how far any point of the obstacle moves until t.
+Scalar PairProofs::moved_by_obstacle(const ProxyPair& pair, const ToolMotions& motion,
+                                     Scalar t) const {
+  if (const auto other = scene_.body_of(pair.obstacle)) {
+    return motion.largest_displacement(scene_.bodies[*other], t);
+  }
+  return scene_.obstacles[pair.obstacle]->speed() * t * (1 + 8 * kUnitRoundoff);
+}
+
+// The largest coordinate that is rounded in a motion of the pair.
+Scalar PairProofs::size_of(const ToolPoses& from, const ProxyPair& pair, Scalar moved) const {
+  const auto size = [&](const ToolBody& body) {
+    return from[body.tool].X_WT.translation().norm() + moved + body.shape->bounding_radius();
+  };
+  const Scalar of_body = size(scene_.bodies[pair.body]);
+  const auto other = scene_.body_of(pair.obstacle);
+  return other ? of_body + size(scene_.bodies[*other]) : of_body;
 }
 
 // Both bounds hold, whatever was found.
@@ -209,20 +239,20 @@ void PairProofs::take(const PairDistance& found, ProxyPair& pair) {
   pair.distance.lower = lower;
 }
 
-void PairProofs::measure(const ToolPose& pose, ProxyPair& pair, const DistanceWish& wish,
+void PairProofs::measure(const ToolPoses& poses, ProxyPair& pair, const DistanceWish& wish,
                          WorkShare& share, TickStatistics& work) {
   ++work.distance_queries;
   take(scene_.obstacles[pair.obstacle]->measure(
-           scene_.bodies[pair.body], scene_.body_pose(pose, pair.body), wish, share, pair.kept),
+           scene_.bodies[pair.body], scene_.body_pose(poses, pair.body), wish, share, pair.kept),
        pair);
 }
 
-// The clearance is that of the nearest body: others only have to be proven farther away. Relative
-// to the lower bound the upper one may exceed it by the tolerance.
-DistanceWish PairProofs::wish_for(std::size_t obstacle) const {
+// The clearance is that of the tool's nearest body: others only have to be proven farther away.
+// Relative to the lower bound the upper one may exceed it by the tolerance.
+DistanceWish PairProofs::wish_for(std::size_t tool, std::size_t obstacle) const {
   Scalar upper = kInfinity;
-  for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
-    upper = std::min(upper, pairs_[k].distance.upper);
+  for (std::size_t k = scene_.first_body[tool]; k < scene_.first_body[tool + 1]; ++k) {
+    upper = std::min(upper, pair(k, obstacle).distance.upper);
   }
   const Scalar free = std::min(upper, std::abs(upper - scene_.obstacles[obstacle]->margin));
   const Scalar tolerance = scene_.options.clearance_tolerance;
@@ -238,15 +268,17 @@ Scalar PairProofs::excess(const ProxyPair& pair, const DistanceWish& wish) {
 
 // The pairs first whose bounds are the worst for what is allowed; those that are left when the
 // share is used up are the worst in the next tick.
-void PairProofs::measure(const ToolPose& pose, WorkShare share, TickStatistics& work) {
+void PairProofs::measure(const ToolPoses& poses, WorkShare share, TickStatistics& work) {
   if (share.clock.cutoff()) return;
   loose_.clear();
-  for (std::size_t obstacle = 0; obstacle < scene_.obstacles.size(); ++obstacle) {
-    refresh(pose, obstacle);
-    const DistanceWish wish = wish_for(obstacle);
-    for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
-      const Scalar times = excess(pairs_[k], wish);
-      if (times > 1) loose_.push_back({times, k});
+  for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
+    for (std::size_t obstacle = 0; obstacle < scene_.obstacles_of(tool); ++obstacle) {
+      refresh(poses, tool, obstacle);
+      const DistanceWish wish = wish_for(tool, obstacle);
+      for (std::size_t body = scene_.first_body[tool]; body < scene_.first_body[tool + 1]; ++body) {
+        const Scalar times = excess(pair(body, obstacle), wish);
+        if (times > 1) loose_.push_back({times, first_pair_[body] + obstacle});
+      }
     }
   }
   std::sort(loose_.begin(), loose_.end(), [](const Loose& x, const Loose& y) {
@@ -255,39 +287,38 @@ void PairProofs::measure(const ToolPose& pose, WorkShare share, TickStatistics& 
   for (const Loose& loose : loose_) {
     if (share.is_over()) return;
     ProxyPair& pair = pairs_[loose.pair];
-    const DistanceWish wish = wish_for(pair.obstacle);
-    if (excess(pair, wish) > 1) measure(pose, pair, wish, share, work);
+    const DistanceWish wish = wish_for(scene_.bodies[pair.body].tool, pair.obstacle);
+    if (excess(pair, wish) > 1) measure(poses, pair, wish, share, work);
   }
 }
 
 // Re-measure the last nearest points first; often that tightens the bounds enough.
-void PairProofs::refresh(const ToolPose& pose, std::size_t obstacle) {
-  const DistanceWish wish = wish_for(obstacle);
-  for (std::size_t k = obstacle; k < pairs_.size(); k += scene_.obstacles.size()) {
-    ProxyPair& pair = pairs_[k];
+void PairProofs::refresh(const ToolPoses& poses, std::size_t tool, std::size_t obstacle) {
+  const DistanceWish wish = wish_for(tool, obstacle);
+  for (std::size_t body = scene_.first_body[tool]; body < scene_.first_body[tool + 1]; ++body) {
+    ProxyPair& pair = pairs_[first_pair_[body] + obstacle];
     if (!(pair.distance.upper <= wish.farthest) || !(excess(pair, wish) > 1)) continue;
     take(scene_.obstacles[obstacle]->measure_again(scene_.bodies[pair.body],
-                                                   scene_.body_pose(pose, pair.body), pair.kept),
+                                                   scene_.body_pose(poses, pair.body), pair.kept),
          pair);
   }
 }
 
 // Distances are those measured before, minus the displacement since; or what the proof says, if
 // that is more.
-void PairProofs::commit(const ToolPose& from, const ToolMotion& motion, Scalar t) {
+void PairProofs::commit(const ToolPoses& from, const ToolMotions& motion, Scalar t) {
   for (ProxyPair& pair : pairs_) {
     const ToolBody& body = scene_.bodies[pair.body];
-    const Scalar of_tissue = t * scene_.obstacles[pair.obstacle]->speed() * (1 + 8 * kUnitRoundoff);
-    const Scalar moved = motion.largest_displacement(body, t) + of_tissue;
-    const Scalar size = from.X_WT.translation().norm() + moved + body.shape->bounding_radius();
-    const Scalar vaguer = moved > 0 ? moved + kStepNoise * size : 0;
+    const Scalar of_obstacle = moved_by_obstacle(pair, motion, t);
+    const Scalar moved = motion.largest_displacement(body, t) + of_obstacle;
+    const Scalar vaguer = moved > 0 ? moved + kStepNoise * size_of(from, pair, moved) : 0;
     const Scalar proven = pair.proven < kInfinity ? pair.proven : 0;
     pair.distance.lower = std::max({Scalar{0}, pair.distance.lower - vaguer, proven});
     pair.distance.upper += vaguer;
     if (!(vaguer > 0)) continue;
     const auto [shift_W, turned] = motion.shift(body, t);
     const PairFront::Displacement displacement{vaguer, shift_W,
-                                               turned + of_tissue + (vaguer - moved)};
+                                               turned + of_obstacle + (vaguer - moved)};
     for (PieceMemory& kept : pair.kept) kept.front.move(displacement);
   }
 }

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bitset>
 #include <span>
 #include <vector>
 
 #include "haptics/obstacle.h"
 
 namespace dyop::haptics_internal {
+
+/// A bit for each tool.
+using ToolSet = std::bitset<kMostTools>;
 
 /// What is proven about a body and an obstacle at their current poses.
 struct ProxyPair {
@@ -29,32 +33,38 @@ struct Proof {
   bool is_undecided = false;  ///< the budget ended
   bool has_hit = false;
   HoldPoint hit;
-  bool was_recovering = false;   ///< a pair was nearer than its target
-  bool was_overlapping = false;  ///< a pair crosses, and is left out
+  ToolSet recovering;   ///< in a pair that was nearer than its target
+  ToolSet overlapping;  ///< in a pair that crosses, and is left out
 };
 
-/// The proofs that the tool's bodies and the hard obstacles stay apart, and the clearances: for each
-/// pair of a body and an obstacle bounds of their distance, kept from motion to motion.
+/// The proofs that the tool's bodies and the hard obstacles stay apart, and the clearances: for
+/// each pair of a body and an obstacle bounds of their distance, kept from motion to motion.
 class PairProofs {
  public:
   explicit PairProofs(const LoopScene& scene);
 
   std::vector<ProxyPair>& pairs() { return pairs_; }
   const std::vector<ProxyPair>& pairs() const { return pairs_; }
+  /// Of a body and one of the obstacles of its tool.
+  const ProxyPair& pair(std::size_t body, std::size_t obstacle) const {
+    return pairs_[first_pair_[body] + obstacle];
+  }
   QueryMemory& memory() { return memory_; }
 
   /// Nothing is proven of the next motion.
   void start_motion();
   /// How far a motion from a pose is free. What several attempts prove of one motion is kept until
   /// it is committed.
-  Proof prove(const ToolPose& from, const ToolMotion& motion, Scalar duration, WorkClock& clock,
+  Proof prove(const ToolPoses& from, const ToolMotions& motion, Scalar duration, WorkClock& clock,
               TickStatistics& work);
   /// The motion has been made until t; obstacles move after this call.
-  void commit(const ToolPose& from, const ToolMotion& motion, Scalar t);
+  void commit(const ToolPoses& from, const ToolMotions& motion, Scalar t);
   /// The obstacle is another mesh now.
   void forget(std::size_t obstacle);
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
-  void measure(const ToolPose& pose, WorkShare share, TickStatistics& work);
+  void measure(const ToolPoses& poses, WorkShare share, TickStatistics& work);
+  /// The tools of a pair.
+  ToolSet tools_of(const ProxyPair& pair) const;
 
  private:
   /// A pair whose bounds are farther apart than allowed: how many times.
@@ -64,21 +74,24 @@ class PairProofs {
   };
 
   PairImpact ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock, TickStatistics& work);
-  PairImpact ask_again(const ToolPose& from, ProxyPair& pair, const BodyMotion& motion,
+  PairImpact ask_again(const ToolPoses& from, ProxyPair& pair, const BodyMotion& motion,
                        Scalar noise, WorkClock& clock, TickStatistics& work);
   void set_band(ProxyPair& pair) const;
   bool has_band_below(ProxyPair& pair, Scalar distance) const;
   void choose_band(ProxyPair& pair, Scalar noise) const;
-  void measure(const ToolPose& pose, ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
+  Scalar moved_by_obstacle(const ProxyPair& pair, const ToolMotions& motion, Scalar t) const;
+  Scalar size_of(const ToolPoses& from, const ProxyPair& pair, Scalar moved) const;
+  void measure(const ToolPoses& poses, ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
                TickStatistics& work);
-  DistanceWish wish_for(std::size_t obstacle) const;
+  DistanceWish wish_for(std::size_t tool, std::size_t obstacle) const;
   static Scalar excess(const ProxyPair& pair, const DistanceWish& wish);
   static void take(const PairDistance& found, ProxyPair& pair);
-  void refresh(const ToolPose& pose, std::size_t obstacle);
+  void refresh(const ToolPoses& poses, std::size_t tool, std::size_t obstacle);
 
   const LoopScene& scene_;
-  const Scalar tolerance_;  // of impacts
-  std::vector<ProxyPair> pairs_;
+  const Scalar tolerance_;               // of impacts
+  std::vector<ProxyPair> pairs_;         // by body, then by obstacle
+  std::vector<std::size_t> first_pair_;  // by body
   std::vector<Loose> loose_;
   QueryMemory memory_;
 };

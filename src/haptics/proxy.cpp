@@ -50,35 +50,60 @@ bool has_deforming(const HapticScene& scene) {
                      [](const ToolObstacle& obstacle) { return !obstacle.shape; });
 }
 
-ToolPose start_pose(const HapticScene& scene) {
-  ToolPose pose{scene.X_WT, {}};
-  for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose.angles[k] = scene.hinges[k].angle;
-  return pose;
+ToolPoses start_poses(std::span<const HapticTool> tools) {
+  ToolPoses poses(tools.size());
+  for (std::size_t k = 0; k < tools.size(); ++k) poses[k] = tools[k].start();
+  return poses;
 }
 
 }  // namespace
 
 LoopScene::LoopScene(const HapticScene& scene, const HapticOptions& given)
-    : options(given),
-      hinges(scene.hinges),
-      trocar(scene.trocar),
-      bodies(make_tool_bodies(scene, has_deforming(scene))) {
+    : options(given), tools(scene.tools()) {
+  for (std::size_t k = 0; k < tools.size(); ++k) {
+    if (!tools[k].coupling) tools[k].coupling = given.coupling;
+    first_body.push_back(bodies.size());
+    for (ToolBody& body : make_tool_bodies(tools[k], k, has_deforming(scene))) {
+      bodies.push_back(std::move(body));
+    }
+  }
+  first_body.push_back(bodies.size());
   for (const ToolObstacle& obstacle : scene.obstacles) {
     obstacles.push_back(make_obstacle(obstacle));
+  }
+  scene_obstacles = obstacles.size();
+  if (tools.size() == 1) return;
+  for (const ToolBody& body : bodies) {
+    ToolObstacle other;
+    other.name = "tool";
+    other.shape = body.shape;
+    other.margin = scene.tool_margin;
+    other.friction = scene.tool_friction;
+    obstacles.push_back(make_obstacle(other));
+  }
+  place(start_poses(tools));
+}
+
+void LoopScene::place(const ToolPoses& poses) const {
+  for (std::size_t k = scene_obstacles; k < obstacles.size(); ++k) {
+    obstacles[k]->move_to(body_pose(poses, k - scene_obstacles));
   }
 }
 
 Proxy::Proxy(const HapticScene& scene, const HapticOptions& options)
-    : scene_(scene, options), proofs_(scene_), contacts_(scene_) {
-  course_.pose = start_pose(scene);
-}
+    : scene_(scene, options),
+      proofs_(scene_),
+      contacts_(scene_, start_poses(scene_.tools)),
+      course_(start_poses(scene_.tools)),
+      goal_parts_(scene_.tools.size(), 1) {}
 
-void Proxy::reset(const ToolPose& pose) {
+void Proxy::reset(std::size_t tool, const ToolPose& pose) {
   for (std::size_t k = 0; k < scene_.obstacles.size(); ++k) forget(k);
   contacts_.forget_all();
-  Course at_rest;
-  at_rest.pose = pose;
-  course_ = at_rest;
+  ToolPoses poses = course_.pose;
+  poses[tool] = pose;
+  course_ = Course(poses);
+  scene_.place(poses);
   last_goal_.reset();
   stuck_ticks_ = 0;
   was_escape_cut_ = false;
@@ -86,9 +111,14 @@ void Proxy::reset(const ToolPose& pose) {
 
 // --- a tick -------------------------------------------------------------------------------------
 
-FollowReport Proxy::follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
-                           TickStatistics& work) {
-  Following tick{goal.value_or(course_.pose), goal.has_value(), dt, clock, work};
+FollowReport Proxy::follow(const PerTool<std::optional<ToolPose>>& goals, Scalar dt,
+                           WorkClock& clock, TickStatistics& work) {
+  Following tick{course_.pose, false, dt, clock, work};
+  for (std::size_t k = 0; k < goals.size(); ++k) {
+    if (!goals[k]) continue;
+    tick.goal[k] = *goals[k];
+    tick.is_pulled = true;
+  }
   start(tick);
   const bool stands = tick.is_pulled && stuck_ticks_ >= kStuckTicks && tick.has_time();
   if (stands) move_among_standing(tick);
@@ -108,9 +138,11 @@ void Proxy::start(const Following& tick) {
   for (std::size_t k = 0; k < scene_.obstacles.size(); ++k) {
     if (scene_.obstacles[k]->start_tick()) forget(k);
   }
-  path_.clear();
-  path_.push_back({0, course_.pose});
-  impulses_.clear();
+  for (std::size_t k = 0; k < scene_.tools.size(); ++k) {
+    paths_[k].clear();
+    paths_[k].push_back({0, course_.pose[k]});
+    impulses_[k].clear();
+  }
   look_for_escape(tick.clock, tick.work);
   course_.last_goal_step = course_.goal_step;
   course_.goal_step = step_between(last_goal_.value_or(course_.pose), tick.goal);
@@ -121,7 +153,7 @@ void Proxy::start(const Following& tick) {
 void Proxy::move_in_rounds(Following& tick) {
   for (int rounds = 0; tick.has_time() && rounds < scene_.options.max_rounds;) {
     const Piece piece = next_piece(tick);
-    const Scalar done = move(tick.goal, piece, tick);
+    const Scalar done = move(piece, tick);
     tick.report.committed += done;
     if (tick.is_pulled) add_impulses(done);
     if (done >= piece.duration) continue;
@@ -136,9 +168,11 @@ void Proxy::move_in_rounds(Following& tick) {
 // can at least stay where it is, and go wherever nothing is in its way.
 void Proxy::move_among_standing(Following& tick) {
   for (const auto& obstacle : scene_.obstacles) obstacle->stand(true);
-  move(tick.goal, {tick.dt, tick.dt, true}, tick);
+  move({tick.dt, tick.dt, true}, tick);
   for (const auto& obstacle : scene_.obstacles) obstacle->stand(false);
-  for (ToolWaypoint& waypoint : path_) waypoint.time = 0;
+  for (auto& path : paths_) {
+    for (ToolWaypoint& waypoint : path) waypoint.time = 0;
+  }
 }
 
 // The tool waits while tissue goes on, as far as that is proven.
@@ -154,7 +188,10 @@ void Proxy::wait(Following& tick) {
 
 void Proxy::finish(bool was_standing, Following& tick) {
   if (tick.is_pulled) add_impulses(tick.dt - tick.report.committed);
-  course_.last_tick_step = step_between(path_.front().tool, course_.pose);
+  for (std::size_t k = 0; k < scene_.tools.size(); ++k) {
+    course_.last_tick_step[k] = step_between(paths_[k].front().tool, course_.pose[k]);
+    tick.report.at_goal[k] = is_at(k, tick.goal[k]);
+  }
   const bool has_moved = tick.report.committed > 0 || tick.work.pieces > 0;
   if (was_standing) {
     stuck_ticks_ = kStuckTicks - 1;
@@ -162,11 +199,10 @@ void Proxy::finish(bool was_standing, Following& tick) {
     stuck_ticks_ = has_moved ? 0 : std::min(stuck_ticks_ + 1, kStuckTicks);
   }
   for (const auto& obstacle : scene_.obstacles) obstacle->end_tick();
-  tick.report.is_at_goal = is_at(tick.goal);
   // As they were left, also where a tick was cut off before it came to the pair.
-  tick.report.was_overlapping |=
-      std::any_of(proofs_.pairs().begin(), proofs_.pairs().end(),
-                  [](const ProxyPair& pair) { return pair.is_overlapping; });
+  for (const ProxyPair& pair : proofs_.pairs()) {
+    if (pair.is_overlapping) tick.report.overlapping |= proofs_.tools_of(pair);
+  }
   // Once stuck, only ticks in which tissue stands set the pace.
   if (was_standing || stuck_ticks_ < kStuckTicks) {
     take_pace(tick.clock.cutoff().has_value(), tick.work.pieces > 0);
@@ -194,11 +230,11 @@ void Proxy::forget(std::size_t obstacle) {
   contacts_.forget(obstacle);
 }
 
-bool Proxy::is_at(const ToolPose& goal) const {
-  const ToolStep step = step_between(course_.pose, goal);
+bool Proxy::is_at(std::size_t tool, const ToolPose& goal) const {
+  const ToolStep step = step_between(course_.pose[tool], goal);
   const Scalar near = kDefaultRelativeTolerance;
   Scalar turn = step.w_W.norm();
-  for (std::size_t k = 0; k < scene_.hinges.size(); ++k) {
+  for (std::size_t k = 0; k < scene_.tools[tool].hinges.size(); ++k) {
     turn = std::max(turn, std::abs(step.angles[k]));
   }
   return step.v_W.norm() <= scene_.options.rest_offset * near && turn <= near;
@@ -214,8 +250,8 @@ void Proxy::take_pace(bool was_cut, bool has_moved) {
 // --- a motion -----------------------------------------------------------------------------------
 
 // @return The time until which it was made.
-Scalar Proxy::move(const ToolPose& goal, const Piece& piece, Following& tick) {
-  const Plan planned = plan(goal, piece);
+Scalar Proxy::move(const Piece& piece, Following& tick) {
+  const Plan planned = plan(tick.goal, piece);
   contacts_.gather(course_, planned.wish, piece.duration, proofs_, tick.clock);
   if (tick.clock.cutoff()) return 0;
   if (piece.is_standing) contacts_.release();
@@ -226,25 +262,28 @@ Scalar Proxy::move(const ToolPose& goal, const Piece& piece, Following& tick) {
   step_goal.rest_gap = scene_.options.rest_offset;
   step_goal.recovery = piece.is_standing ? 0 : scene_.options.recovery_speed * piece.duration;
   step_goal.tolerance = kSolveShare * scene_.options.rest_offset;
-  goal_part_ = planned.part;
+  goal_parts_ = planned.part;
   const Motion motion = find_motion(step_goal, tick);
   if (!(motion.t_safe > 0)) return 0;
-  commit(ToolMotion(course_.pose, motion.step, piece.duration, scene_.hinges), motion.t_safe);
+  commit(ToolMotions(course_.pose, motion.steps, piece.duration, scene_.tools), motion.t_safe);
   ++tick.work.pieces;
   return motion.t_safe;
 }
 
-// To the device at the pace that is kept; or out of what the tool overlaps.
-Proxy::Plan Proxy::plan(const ToolPose& goal, const Piece& piece) const {
-  if (const auto out_W = escape_.direction()) {
-    Plan plan{{}, 1};
-    plan.wish.v_W = scene_.options.recovery_speed * piece.duration * *out_W;
-    return plan;
-  }
-  const ToolStep whole = step_between(course_.pose, goal);
+// To the devices at the pace that is kept; or out of what a tool overlaps.
+Proxy::Plan Proxy::plan(const ToolPoses& goal, const Piece& piece) const {
+  ToolSteps whole = step_between(course_.pose, goal);
+  const auto out_W = escape_.direction();
+  const std::size_t leaving =
+      out_W ? scene_.bodies[proofs_.pairs()[*escape_.pair()].body].tool : scene_.tools.size();
+  if (out_W) whole[leaving] = {};
   Scalar part = course_.pace * piece.duration / piece.remaining;
   part = std::min(part, contacts_.trocar_part(course_.pose, whole));
-  return {scaled(whole, part), part};
+  Plan plan{scaled(whole, part), PerTool<Scalar>(scene_.tools.size(), part)};
+  if (!out_W) return plan;
+  plan.wish[leaving].v_W = scene_.options.recovery_speed * piece.duration * *out_W;
+  plan.part[leaving] = 1;
+  return plan;
 }
 
 // Solves and proves by turns until a step is free as far as it is tried; of all that were tried the
@@ -253,17 +292,17 @@ Proxy::Motion Proxy::find_motion(const StepGoal& goal, Following& tick) {
   Motion best;
   proofs_.start_motion();
   tick.report.is_held = false;
-  ToolStep step = goal.wish;
+  ToolSteps steps = goal.wish;
   for (int attempt = 0; attempt < scene_.options.max_attempts; ++attempt) {
     if (tick.clock.is_over()) break;
     const bool is_held = contacts_.can_hold();
-    if (is_held) step = contacts_.solve(course_, goal, tick.clock, tick.work);
+    if (is_held) steps = contacts_.solve(course_, goal, tick.clock, tick.work);
     if (tick.clock.cutoff()) break;
-    const ToolMotion motion(course_.pose, step, goal.duration, scene_.hinges);
-    const Scalar horizon = contacts_.horizon_of(course_, step, goal.duration);
+    const ToolMotions motion(course_.pose, steps, goal.duration, scene_.tools);
+    const Scalar horizon = contacts_.horizon_of(course_, steps, goal.duration);
     const Proof proof = prove(motion, horizon, tick);
     if (proof.t_safe > best.t_safe) {
-      best = {step, proof.t_safe};
+      best = {steps, proof.t_safe};
       tick.report.is_held = proof.t_safe >= goal.duration && is_held;
       tick.is_short = horizon < goal.duration;
     }
@@ -277,26 +316,29 @@ Proxy::Motion Proxy::find_motion(const StepGoal& goal, Following& tick) {
 
 Scalar Proxy::stay(Scalar duration, Following& tick) {
   proofs_.start_motion();
-  const ToolMotion motion(course_.pose, {}, duration, scene_.hinges);
+  const ToolMotions motion(course_.pose, ToolSteps(scene_.tools.size()), duration, scene_.tools);
   const Proof proof = prove(motion, duration, tick);
   if (proof.t_safe > 0) commit(motion, proof.t_safe);
   return proof.t_safe;
 }
 
-Proof Proxy::prove(const ToolMotion& motion, Scalar duration, Following& tick) {
+Proof Proxy::prove(const ToolMotions& motion, Scalar duration, Following& tick) {
   const Proof proof = proofs_.prove(course_.pose, motion, duration, tick.clock, tick.work);
-  tick.report.was_recovering |= proof.was_recovering;
-  tick.report.was_overlapping |= proof.was_overlapping;
+  tick.report.recovering |= proof.recovering;
+  tick.report.overlapping |= proof.overlapping;
   return proof;
 }
 
-void Proxy::commit(const ToolMotion& motion, Scalar t) {
+void Proxy::commit(const ToolMotions& motion, Scalar t) {
   proofs_.commit(course_.pose, motion, t);
-  const ToolPose before = std::exchange(course_.pose, motion.at(t));
+  const ToolPoses before = std::exchange(course_.pose, motion.at(t));
   course_.last_step = step_between(before, course_.pose);
   course_.rate_before = std::exchange(course_.rate, scaled(course_.last_step, 1 / t));
-  path_.push_back({path_.back().time + t, course_.pose});
+  for (std::size_t k = 0; k < scene_.tools.size(); ++k) {
+    paths_[k].push_back({paths_[k].back().time + t, course_.pose[k]});
+  }
   contacts_.pass(t);
+  scene_.place(course_.pose);
   for (const auto& obstacle : scene_.obstacles) obstacle->pass(t);
 }
 
@@ -304,8 +346,9 @@ void Proxy::commit(const ToolMotion& motion, Scalar t) {
 void Proxy::add_impulses(Scalar time) {
   if (!(time > 0)) return;
   for (const HoldPoint& hold : contacts_.holds()) {
-    if (hold.impulse_W.isZero(0)) continue;
-    impulses_.push_back({hold.obstacle, hold.p_WA, hold.surface, time * force_W(hold)});
+    if (hold.impulse_W.isZero(0) || hold.other) continue;
+    impulses_[scene_.bodies[hold.body].tool].push_back(
+        {hold.obstacle, hold.p_WA, hold.surface, time * force_W(hold)});
   }
 }
 

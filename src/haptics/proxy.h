@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -27,6 +28,7 @@ class Escape {
   void start(std::size_t pair, Scalar first_length);
   void stop() { pair_.reset(); }
   bool is_for(std::size_t pair) const { return pair_ == pair; }
+  const std::optional<std::size_t>& pair() const { return pair_; }
 
   /// Tries the next position: is_apart(displacement) is true if the two are proven apart there.
   /// What could not be decided in time is passed over: it would take as long again.
@@ -71,27 +73,27 @@ void Escape::try_next(const IsApart& is_apart) {
   length_ = first_length_;
 }
 
-/// How far the proxy followed the device in one tick.
+/// How far the proxies followed the devices in one tick.
 struct FollowReport {
   Scalar committed = 0;  ///< time
-  bool is_at_goal = false;
+  ToolSet at_goal;
   bool is_held = false;  ///< the last motion went to its end, against holds
-  bool was_recovering = false;
-  bool was_overlapping = false;
+  ToolSet recovering;
+  ToolSet overlapping;
 };
 
-/// The tool's proxy among the obstacles: makes only proven motions.
+/// The tools' proxies among the obstacles: makes only proven motions, of all tools at once.
 ///
 /// follow() divides a tick where an obstacle takes its next snapshot. In each part move() goes
 /// through the stages, each of which takes what the one before it returns:
 ///
-///   plan()                   the step that leads to the device
-///   ActiveContacts::gather   where obstacles hold the tool
+///   plan()                   the step that leads to the devices
+///   ActiveContacts::gather   where obstacles hold a tool, or tools each other
 ///   ActiveContacts::solve    the step nearest to the planned one that they admit       <--+
 ///   PairProofs::prove        how far it is free; a hit is another active contact       ---+
-///   commit()                 tool, obstacles and distances go on to where that is proven
+///   commit()                 tools, obstacles and distances go on to where that is proven
 ///
-/// Then stay() lets tissue go on as far as that is proven while the tool waits, and
+/// Then stay() lets tissue go on as far as that is proven while the tools wait, and
 /// PairProofs::measure() tightens the clearances.
 class Proxy {
  public:
@@ -99,29 +101,33 @@ class Proxy {
   Proxy(const Proxy&) = delete;
   Proxy& operator=(const Proxy&) = delete;
 
-  const ToolPose& pose() const { return course_.pose; }
+  const ToolPoses& poses() const { return course_.pose; }
   /// The motions of the last follow().
-  const std::vector<ToolWaypoint>& path() const { return path_; }
+  const std::vector<ToolWaypoint>& path(std::size_t tool) const { return paths_[tool]; }
   std::span<const HoldPoint> holds() const { return contacts_.holds(); }
-  /// The force of a hold on the tool in the last solve, as if that had been for the whole way to
-  /// the goal.
-  Vector3 force_W(const HoldPoint& hold) const { return hold.impulse_W / goal_part_; }
-  /// The same of the trocar.
-  Vector3 trocar_force_W() const { return contacts_.trocar_force_W() / goal_part_; }
-  /// Impulses of the holds over the last follow(), in its unit of time.
-  const std::vector<ToolImpulse>& impulses() const { return impulses_; }
+  /// The force of a hold on its body's tool in the last solve, as if that had been for the whole
+  /// way to the goal.
+  Vector3 force_W(const HoldPoint& hold) const {
+    return hold.impulse_W / goal_parts_[scene_.bodies[hold.body].tool];
+  }
+  /// The same of the tool's trocar.
+  Vector3 trocar_force_W(std::size_t tool) const {
+    return contacts_.trocar_force_W(tool) / goal_parts_[tool];
+  }
+  /// Impulses of the scene's obstacles over the last follow(), in its unit of time.
+  const std::vector<ToolImpulse>& impulses(std::size_t tool) const { return impulses_[tool]; }
   std::span<const ProxyPair> pairs() const { return proofs_.pairs(); }
-  std::span<const std::unique_ptr<Obstacle>> obstacles() const { return scene_.obstacles; }
-  std::span<const ToolBody> bodies() const { return scene_.bodies; }
-  std::span<const ToolHinge> hinges() const { return scene_.hinges; }
+  const LoopScene& scene() const { return scene_; }
 
-  /// Moves towards the goal while time dt passes, within the clock's budget. Without a goal it
+  /// Moves towards the goals while time dt passes, within the clock's budget. A tool without a goal
   /// stays where it is, as long as tissue lets it.
-  FollowReport follow(const std::optional<ToolPose>& goal, Scalar dt, WorkClock& clock,
+  FollowReport follow(const PerTool<std::optional<ToolPose>>& goals, Scalar dt, WorkClock& clock,
                       TickStatistics& work);
-  /// The tool is elsewhere: nothing is known.
-  void reset(const ToolPose& pose);
-  void set_coupling(const CouplingOptions& coupling) { contacts_.set_coupling(coupling); }
+  /// A tool is elsewhere: nothing is known.
+  void reset(std::size_t tool, const ToolPose& pose);
+  void set_coupling(std::size_t tool, const CouplingOptions& coupling) {
+    contacts_.set_coupling(tool, coupling);
+  }
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(WorkShare share, TickStatistics& work) {
     proofs_.measure(course_.pose, share, work);
@@ -130,8 +136,8 @@ class Proxy {
  private:
   /// What a tick is about, and how far it has come.
   struct Following {
-    ToolPose goal;
-    bool is_pulled;  ///< or the goal is where the tool is, for want of another
+    ToolPoses goal;
+    bool is_pulled;  ///< or the goals are where the tools are, for want of others
     Scalar dt;
     WorkClock& clock;
     TickStatistics& work;
@@ -147,30 +153,30 @@ class Proxy {
     bool is_standing = false;
   };
   struct Plan {
-    ToolStep wish;
-    Scalar part;  ///< of the way to the goal
+    ToolSteps wish;
+    PerTool<Scalar> part;  ///< of the way to the goal
   };
   struct Motion {
-    ToolStep step;
+    ToolSteps steps;
     Scalar t_safe = 0;
   };
 
   void start(const Following& tick);
   void finish(bool was_standing, Following& tick);
   Piece next_piece(const Following& tick);
-  Scalar move(const ToolPose& goal, const Piece& piece, Following& tick);
-  Plan plan(const ToolPose& goal, const Piece& piece) const;
+  Scalar move(const Piece& piece, Following& tick);
+  Plan plan(const ToolPoses& goal, const Piece& piece) const;
   Motion find_motion(const StepGoal& goal, Following& tick);
   Scalar stay(Scalar duration, Following& tick);
   void wait(Following& tick);
   void move_in_rounds(Following& tick);
   void move_among_standing(Following& tick);
   void look_for_escape(WorkClock& clock, TickStatistics& work);
-  Proof prove(const ToolMotion& motion, Scalar duration, Following& tick);
-  void commit(const ToolMotion& motion, Scalar t);
+  Proof prove(const ToolMotions& motion, Scalar duration, Following& tick);
+  void commit(const ToolMotions& motion, Scalar t);
   void add_impulses(Scalar time);
   void forget(std::size_t obstacle);
-  bool is_at(const ToolPose& goal) const;
+  bool is_at(std::size_t tool, const ToolPose& goal) const;
   void take_pace(bool was_cut, bool has_moved);
 
   LoopScene scene_;
@@ -178,12 +184,12 @@ class Proxy {
   ActiveContacts contacts_;
   Escape escape_;
   Course course_;
-  std::optional<ToolPose> last_goal_;
+  std::optional<ToolPoses> last_goal_;
   int stuck_ticks_ = 0;  // in a row, in which nothing moved
   bool was_escape_cut_ = false;
-  Scalar goal_part_ = 1;  // of the way to the goal that the last solve was for
-  std::vector<ToolWaypoint> path_;
-  std::vector<ToolImpulse> impulses_;
+  PerTool<Scalar> goal_parts_;  // of the way to the goal that the last solve was for
+  std::array<std::vector<ToolWaypoint>, kMostTools> paths_;
+  std::array<std::vector<ToolImpulse>, kMostTools> impulses_;
 };
 
 }  // namespace dyop::haptics_internal

@@ -13,6 +13,7 @@ class RigidObstacle final : public Obstacle {
   RigidObstacle(std::shared_ptr<const Shape> shape, const RigidPose& X_WA)
       : shape_(std::move(shape)), X_WA_(X_WA), motion_(X_WA) {}
 
+  void move_to(const RigidPose& X_WA) override { X_WA_ = X_WA; }
   void prepare(const ToolBody& body, QueryMemory& memory) const override;
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
@@ -27,7 +28,7 @@ class RigidObstacle final : public Obstacle {
  private:
   std::shared_ptr<const Shape> shape_;
   RigidPose X_WA_;
-  RestMotion motion_;
+  RestMotion motion_;  // of an obstacle of the scene
 };
 
 // Meshes find out which of their features can touch anything when contacts are first asked for.
@@ -48,7 +49,8 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
   }
   ToiOptions lent = options;
   clock.lend(lent);
-  const ToiResult result = time_of_impact(*shape_, motion_, *motion.body.shape, motion.X_WB,
+  const Motion& X_WA = motion.X_WA ? *motion.X_WA : motion_;
+  const ToiResult result = time_of_impact(*shape_, X_WA, *motion.body.shape, motion.X_WB,
                                           {0, motion.duration}, lent, memory.workspace);
   clock.take_back(result);
   impact.status = result.status;
@@ -58,7 +60,7 @@ PairImpact RigidObstacle::first_impact(const BodyMotion& motion, const ToiOption
   if (result.status != ToiStatus::Impact || !result.contact) return impact;
   const ImpactContact& contact = *result.contact;
   impact.has_hit = true;
-  impact.hit.p_WA = contact.p_WCa;
+  impact.hit.p_WA = motion.X_WA ? X_WA_ * (result.X_WA.inverse() * contact.p_WCa) : contact.p_WCa;
   impact.hit.p_WB = motion.X_WB.pose(0) * (result.X_WB.inverse() * contact.p_WCb);
   impact.hit.nhat_AB_W = contact.nhat_AB_W;
   return impact;

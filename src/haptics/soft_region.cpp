@@ -15,9 +15,9 @@ constexpr Scalar kTurnStiffness = 100;
 constexpr Scalar kTimeNoise = 0x1p-20;
 
 // The proxy rests where the margin ends, not a rest offset farther away.
-HapticScene region_alone(const HapticScene& scene, std::size_t number, Scalar turn_stiffness,
-                         Scalar rest_offset) {
-  HapticScene alone{scene.tool, scene.hinges, {scene.obstacles[number]}, scene.X_WT};
+HapticScene region_alone(const HapticTool& tool, const ToolObstacle& obstacle,
+                         Scalar turn_stiffness, Scalar rest_offset) {
+  HapticScene alone{tool.parts, tool.hinges, {obstacle}, tool.X_WT};
   ToolObstacle& region = alone.obstacles.front();
   region.role = ObstacleRole::HardRegion;
   region.margin = std::max(Scalar{0}, region.margin - rest_offset);
@@ -33,19 +33,20 @@ HapticOptions with_spring(HapticOptions options, Scalar stiffness, Scalar turn_s
 
 }  // namespace
 
-SoftRegion::SoftRegion(const HapticScene& scene, std::size_t number, const HapticOptions& options)
+SoftRegion::SoftRegion(const HapticTool& tool, const ToolObstacle& obstacle, std::size_t number,
+                       const HapticOptions& options)
     : number_(number),
-      stiffness_(scene.obstacles[number].soft_stiffness),
-      reach_(reach_of(make_tool_bodies(scene, false))),
+      stiffness_(obstacle.soft_stiffness),
+      reach_(reach_of(make_tool_bodies(tool, 0, false))),
       clearance_work_(options.clearance_work),
-      proxy_(region_alone(scene, number, kTurnStiffness * stiffness_ * reach_ * reach_,
+      proxy_(region_alone(tool, obstacle, kTurnStiffness * stiffness_ * reach_ * reach_,
                           options.rest_offset),
              with_spring(options, stiffness_, kTurnStiffness * stiffness_ * reach_ * reach_)) {
-  reset(proxy_.pose());
+  reset(proxy_.poses()[0]);
 }
 
 void SoftRegion::reset(const ToolPose& tool) {
-  proxy_.reset(tool);
+  proxy_.reset(0, tool);
   WorkClock unlimited;
   TickStatistics work;
   proxy_.measure(WorkShare(unlimited), work);
@@ -53,7 +54,8 @@ void SoftRegion::reset(const ToolPose& tool) {
 
 void SoftRegion::follow(const ToolPose& tool, Scalar dt, WorkClock& clock, TickStatistics& work) {
   TickStatistics own;
-  const FollowReport report = proxy_.follow(tool, dt, clock, own);
+  const PerTool<std::optional<ToolPose>> goal(1, tool);
+  const FollowReport report = proxy_.follow(goal, dt, clock, own);
   const Scalar late = dt - report.committed;
   if (late > kTimeNoise * dt) region().stop(late);
   proxy_.measure({clock, clearance_work_}, own);
@@ -66,7 +68,7 @@ void SoftRegion::follow(const ToolPose& tool, Scalar dt, WorkClock& clock, TickS
 // A turn that the region forces on the proxy gives the torque of a spring at the tool's reach,
 // besides that of the force at its lever.
 AddedPull SoftRegion::pull(const RigidPose& X_WT, const Vector3& p_W) const {
-  const RigidPose& X_WP = proxy_.pose().X_WT;
+  const RigidPose& X_WP = proxy_.poses()[0].X_WT;
   const Vector3 stretch = X_WP.translation() - X_WT.translation();
   const Vector3 turn = rotation_vector(X_WP.rotation() * X_WT.rotation().transpose());
   const Scalar turn_stiffness = stiffness_ * reach_ * reach_;

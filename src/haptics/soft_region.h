@@ -11,13 +11,14 @@ namespace dyop::haptics_internal {
 /// side where it came from.
 class SoftRegion {
  public:
-  /// @param number Of the obstacle in the scene; a SoftRegion with soft_stiffness > 0.
-  SoftRegion(const HapticScene& scene, std::size_t number, const HapticOptions& options);
+  /// @param obstacle One with soft_stiffness > 0, and its number in the scene.
+  SoftRegion(const HapticTool& tool, const ToolObstacle& obstacle, std::size_t number,
+             const HapticOptions& options);
 
   std::size_t obstacle() const { return number_; }
   Scalar stiffness() const { return stiffness_; }
   /// Its own copy of the obstacle, which gets the same snapshots.
-  Obstacle& region() const { return *proxy_.obstacles().front(); }
+  Obstacle& region() const { return *proxy_.scene().obstacles.front(); }
 
   /// The tool is elsewhere.
   void reset(const ToolPose& tool);

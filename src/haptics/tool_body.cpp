@@ -10,6 +10,22 @@
 #include "dyop/geometry/convex_shape.h"
 #include "motion/guarded_state.h"
 
+namespace dyop {
+
+ToolPose HapticTool::start() const {
+  ToolPose pose{X_WT, {}};
+  for (std::size_t k = 0; k < hinges.size(); ++k) pose.angles[k] = hinges[k].angle;
+  return pose;
+}
+
+std::vector<HapticTool> HapticScene::tools() const {
+  std::vector<HapticTool> tools{{tool, hinges, X_WT, trocar, {}}};
+  tools.insert(tools.end(), more_tools.begin(), more_tools.end());
+  return tools;
+}
+
+}  // namespace dyop
+
 namespace dyop::haptics_internal {
 namespace {
 
@@ -64,11 +80,11 @@ ToolBody make_body(const std::vector<CompoundChild>& children, std::optional<std
   return body;
 }
 
-std::vector<CompoundChild> children_of(const HapticScene& scene, std::optional<std::size_t> hinge) {
+std::vector<CompoundChild> children_of(const HapticTool& tool, std::optional<std::size_t> hinge) {
   std::vector<CompoundChild> children;
-  for (const ToolPart& part : scene.tool) {
+  for (const ToolPart& part : tool.parts) {
     if (part.hinge != hinge) continue;
-    const RigidPose X_BP = hinge ? scene.hinges[*hinge].X_TJ.inverse() * part.X_TP : part.X_TP;
+    const RigidPose X_BP = hinge ? tool.hinges[*hinge].X_TJ.inverse() * part.X_TP : part.X_TP;
     children.push_back({part.shape, X_BP});
   }
   return children;
@@ -76,29 +92,33 @@ std::vector<CompoundChild> children_of(const HapticScene& scene, std::optional<s
 
 }  // namespace
 
-std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_pieces) {
-  DYOP_REQUIRE(!scene.tool.empty(), "HapticSession: the tool needs at least one part");
-  for (std::size_t k = 0; k < scene.tool.size(); ++k) {
-    DYOP_REQUIRE(scene.tool[k].shape, "HapticSession: part ", k, " has no shape");
-    DYOP_REQUIRE(!scene.tool[k].hinge || *scene.tool[k].hinge < scene.hinges.size(),
-                 "HapticSession: part ", k, " names hinge ", scene.tool[k].hinge.value_or(0),
-                 " of ", scene.hinges.size());
+std::vector<ToolBody> make_tool_bodies(const HapticTool& tool, std::size_t number,
+                                       bool with_pieces) {
+  DYOP_REQUIRE(!tool.parts.empty(), "HapticSession: the tool needs at least one part");
+  for (std::size_t k = 0; k < tool.parts.size(); ++k) {
+    DYOP_REQUIRE(tool.parts[k].shape, "HapticSession: part ", k, " has no shape");
+    DYOP_REQUIRE(!tool.parts[k].hinge || *tool.parts[k].hinge < tool.hinges.size(),
+                 "HapticSession: part ", k, " names hinge ", tool.parts[k].hinge.value_or(0),
+                 " of ", tool.hinges.size());
   }
   std::vector<ToolBody> bodies;
-  const auto fixed = children_of(scene, std::nullopt);
+  const auto fixed = children_of(tool, std::nullopt);
   if (!fixed.empty()) bodies.push_back(make_body(fixed, std::nullopt, with_pieces));
-  for (std::size_t hinge = 0; hinge < scene.hinges.size(); ++hinge) {
-    const auto children = children_of(scene, hinge);
+  for (std::size_t hinge = 0; hinge < tool.hinges.size(); ++hinge) {
+    const auto children = children_of(tool, hinge);
     DYOP_REQUIRE(!children.empty(), "HapticSession: hinge ", hinge, " has no parts");
     bodies.push_back(make_body(children, hinge, with_pieces));
-    bodies.back().reach += scene.hinges[hinge].X_TJ.translation().norm();
+    bodies.back().reach += tool.hinges[hinge].X_TJ.translation().norm();
   }
+  for (ToolBody& body : bodies) body.tool = number;
   return bodies;
 }
 
-Scalar reach_of(std::span<const ToolBody> bodies) {
+Scalar reach_of(std::span<const ToolBody> bodies, std::size_t tool) {
   Scalar reach = 0;
-  for (const ToolBody& body : bodies) reach = std::max(reach, body.reach);
+  for (const ToolBody& body : bodies) {
+    if (body.tool == tool) reach = std::max(reach, body.reach);
+  }
   return reach;
 }
 
@@ -136,6 +156,18 @@ ToolStep scaled(const ToolStep& step, Scalar factor) {
 ToolStep difference(const ToolStep& step, const ToolStep& other) {
   ToolStep result{step.v_W - other.v_W, step.w_W - other.w_W, step.angles};
   for (std::size_t k = 0; k < kMostHinges; ++k) result.angles[k] -= other.angles[k];
+  return result;
+}
+
+ToolSteps step_between(const ToolPoses& from, const ToolPoses& to) {
+  ToolSteps steps(from.size());
+  for (std::size_t k = 0; k < from.size(); ++k) steps[k] = step_between(from[k], to[k]);
+  return steps;
+}
+
+ToolSteps scaled(const ToolSteps& steps, Scalar factor) {
+  ToolSteps result(steps.size());
+  for (std::size_t k = 0; k < steps.size(); ++k) result[k] = scaled(steps[k], factor);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -15,6 +16,30 @@
 
 namespace dyop::haptics_internal {
 
+/// One value for each tool of a session.
+template <typename T>
+class PerTool {
+ public:
+  PerTool() = default;
+  explicit PerTool(std::size_t tools, const T& value = {}) : size_(tools) {
+    std::fill_n(values_.begin(), size_, value);
+  }
+
+  std::size_t size() const { return size_; }
+  T& operator[](std::size_t tool) { return values_[tool]; }
+  const T& operator[](std::size_t tool) const { return values_[tool]; }
+  auto begin() { return values_.begin(); }
+  auto end() { return values_.begin() + std::ptrdiff_t(size_); }
+  auto begin() const { return values_.begin(); }
+  auto end() const { return values_.begin() + std::ptrdiff_t(size_); }
+
+ private:
+  std::array<T, kMostTools> values_{};
+  std::size_t size_ = 1;
+};
+
+using ToolPoses = PerTool<ToolPose>;
+
 /// A mesh inflated by a ball: a mesh itself, or the core of a convex shape.
 struct CorePiece {
   TriangleMesh mesh;
@@ -23,6 +48,7 @@ struct CorePiece {
 
 /// Parts that move together: all fixed parts of the tool, or the parts on one hinge.
 struct ToolBody {
+  std::size_t tool = 0;  ///< of the session
   std::shared_ptr<const Shape> shape;
   std::vector<CorePiece> pieces;     ///< the same surface, for queries against deforming meshes
   std::optional<std::size_t> hinge;  ///< B is J rotated by its angle; none: B is T
@@ -34,10 +60,11 @@ struct ToolBody {
 /// The bodies of a tool: the fixed one first, if there are fixed parts, then by hinge.
 /// @throws InvalidArgument if there is no part, a shape is missing, a hinge does not exist or has
 ///         no parts, or with_pieces is set and a shape has no core surface.
-std::vector<ToolBody> make_tool_bodies(const HapticScene& scene, bool with_pieces);
+std::vector<ToolBody> make_tool_bodies(const HapticTool& tool, std::size_t number,
+                                       bool with_pieces);
 
-/// No point of the tool is farther from T's origin.
-Scalar reach_of(std::span<const ToolBody> bodies);
+/// No point of a tool is farther from T's origin.
+Scalar reach_of(std::span<const ToolBody> bodies, std::size_t tool = 0);
 
 /// A change of the tool's configuration: displacement of T's origin, rotation vector, both in
 /// world, and change of the hinges' angles.
@@ -51,6 +78,10 @@ struct ToolStep {
 ToolStep step_between(const ToolPose& from, const ToolPose& to);
 ToolStep scaled(const ToolStep& step, Scalar factor);
 ToolStep difference(const ToolStep& step, const ToolStep& other);
+
+using ToolSteps = PerTool<ToolStep>;
+ToolSteps step_between(const ToolPoses& from, const ToolPoses& to);
+ToolSteps scaled(const ToolSteps& steps, Scalar factor);
 
 /// A frame J on a tool that moves with a constant twist, turning about its z axis at a constant
 /// rate: X_WB(t) = X_WT(t) X_TJ Rz(q + t q').
@@ -101,6 +132,35 @@ class ToolMotion {
   std::span<const ToolHinge> places_;
   ConstantTwistMotion frame_;
   std::array<std::optional<HingeMotion>, kMostHinges> hinges_;
+};
+
+/// The motions of all tools at once.
+class ToolMotions {
+ public:
+  ToolMotions(const ToolPoses& from, const ToolSteps& steps, Scalar duration,
+              std::span<const HapticTool> tools) {
+    for (std::size_t k = 0; k < tools.size(); ++k) {
+      motions_[k].emplace(from[k], steps[k], duration, tools[k].hinges);
+    }
+  }
+
+  const Motion& of(const ToolBody& body) const { return motions_[body.tool]->of(body); }
+  ToolPoses at(Scalar t) const {
+    ToolPoses poses(std::size_t(std::count_if(motions_.begin(), motions_.end(),
+                                              [](const auto& motion) { return !!motion; })));
+    for (std::size_t k = 0; k < poses.size(); ++k) poses[k] = motions_[k]->at(t);
+    return poses;
+  }
+  /// As ToolMotion.
+  Scalar largest_displacement(const ToolBody& body, Scalar t) const {
+    return motions_[body.tool]->largest_displacement(body, t);
+  }
+  std::pair<Vector3, Scalar> shift(const ToolBody& body, Scalar t) const {
+    return motions_[body.tool]->shift(body, t);
+  }
+
+ private:
+  std::array<std::optional<ToolMotion>, kMostTools> motions_;
 };
 
 /// X_TB of a body for given angles.

@@ -36,6 +36,7 @@ constexpr int kFirstIterations = 2;
 
 // A contact as the step's equations see it. Columns of `axes`: normal, two tangents.
 struct JointPoint {
+  std::size_t tool;
   CarriedPoint on_tissue;
   Matrix3 axes;
   // Along the axes, since the contact was found:
@@ -54,11 +55,12 @@ Matrix3 axes_of(const Vector3& normal) {
 
 class JointRun {
  public:
-  JointRun(TissueBody& body, const JointTool& tool, std::vector<ToolContactPoint>& contacts)
-      : body_(body),
-        tool_(tool),
-        contacts_(contacts),
-        whole_(tool_displacement(tool.hinges.size(), tool.tool, tool.device)) {
+  JointRun(TissueBody& body, std::span<const JointTool> tools,
+           std::vector<ToolContactPoint>& contacts)
+      : body_(body), tools_(tools), contacts_(contacts) {
+    for (const JointTool& tool : tools) {
+      whole_.push_back(tool_displacement(tool.hinges.size(), tool.tool, tool.device));
+    }
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       if (contacts[k].surface) add(k);
     }
@@ -74,7 +76,9 @@ class JointRun {
       report_.iterations = body_.solve(start + impulses, v, kFirstIterations);
       answer(start, v, impulses);
     }
-    report_.tool = displaced(tool_.tool, whole_ + springs_way());
+    for (std::size_t k = 0; k < tools_.size(); ++k) {
+      report_.tools.push_back(displaced(tools_[k].tool, whole_[k] + springs_way(k)));
+    }
     body_.finish_step(std::move(v), impulses + others);
     return report_;
   }
@@ -83,6 +87,8 @@ class JointRun {
   void add(std::size_t number) {
     const ToolContactPoint& contact = contacts_[number];
     const SurfacePoint& surface = *contact.surface;
+    DYOP_REQUIRE(contact.tool < tools_.size(), "step_jointly: contact ", number, " is of tool ",
+                 contact.tool, " of ", tools_.size());
     DYOP_REQUIRE(surface.triangle >= 0 && std::size_t(surface.triangle) < body_.triangles().size(),
                  "step_jointly: triangle ", surface.triangle, " of ", body_.triangles().size());
     const Vector3 weights(surface.weights[0], surface.weights[1], surface.weights[2]);
@@ -90,7 +96,8 @@ class JointRun {
                      contact.nhat_W.squaredNorm() > 0 && contact.nhat_W.squaredNorm() < kInfinity,
                  "step_jointly: contact ", number, " has numbers that are not finite");
     numbers_.push_back(number);
-    points_.push_back({body_.carried_point(surface.triangle, weights), axes_of(contact.nhat_W)});
+    points_.push_back(
+        {contact.tool, body_.carried_point(surface.triangle, weights), axes_of(contact.nhat_W)});
     tool_points_.push_back({contact.p_W, contact.hinge});
   }
 
@@ -119,14 +126,14 @@ class JointRun {
 
   // Those that the present forces leave too near, the worst first.
   bool add_crossed(const NodeVectors& v) {
-    const Eigen::VectorXd springs = springs_way();
+    std::vector<Eigen::VectorXd> springs;
+    for (std::size_t k = 0; k < tools_.size(); ++k) springs.push_back(springs_way(k));
     std::vector<std::pair<Scalar, std::size_t>> crossed;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (points_[i].place) continue;
-      const Vector3 moved = points_[i].axes.transpose() *
-                            (tool_jacobian(tool_.hinges, tool_.tool, tool_points_[i]) * springs);
+      const Vector3 moved = points_[i].axes.transpose() * (jacobian(i) * springs[points_[i].tool]);
       const Scalar gap = apart(i, v)[0] + moved[0];
-      if (gap < -kCrossed * tool_.rest_offset || points_.size() <= kMostActive) {
+      if (gap < -kCrossed * tool_of(i).rest_offset || points_.size() <= kMostActive) {
         crossed.emplace_back(gap, i);
       }
     }
@@ -152,12 +159,19 @@ class JointRun {
     });
   }
 
-  // What the contacts' forces do to the springs: coordinates of the tool.
-  Eigen::VectorXd springs_way() const {
-    const Eigen::VectorXd compliance = coupling_compliance(tool_.coupling, tool_.hinges);
+  const JointTool& tool_of(std::size_t point) const { return tools_[points_[point].tool]; }
+  Eigen::MatrixXd jacobian(std::size_t point) const {
+    return tool_jacobian(tool_of(point).hinges, tool_of(point).tool, tool_points_[point]);
+  }
+
+  // What the contacts' forces do to a tool's springs: coordinates of the tool.
+  Eigen::VectorXd springs_way(std::size_t tool) const {
+    const Eigen::VectorXd compliance =
+        coupling_compliance(tools_[tool].coupling, tools_[tool].hinges);
     Eigen::VectorXd pull = Eigen::VectorXd::Zero(compliance.size());
     for (std::size_t k = 0; k < active_.size(); ++k) {
-      pull += tool_jacobian(tool_.hinges, tool_.tool, tool_points_[active_[k]]).transpose() *
+      if (points_[active_[k]].tool != tool) continue;
+      pull += jacobian(active_[k]).transpose() *
               (points_[active_[k]].axes * forces_.segment<3>(3 * Eigen::Index(k)));
     }
     return compliance.cwiseProduct(pull);
@@ -165,21 +179,38 @@ class JointRun {
 
   // C of the springs, and W of the tissue over a step, in the contacts' axes.
   void build_compliance() {
-    std::vector<ToolPoint> on_tool;
     std::vector<const CarriedPoint*> on_tissue;
-    for (const std::size_t i : active_) {
-      on_tool.push_back(tool_points_[i]);
-      on_tissue.push_back(&points_[i].on_tissue);
-    }
-    const Eigen::MatrixXd springs =
-        coupling_compliance(tool_.coupling, tool_.hinges, tool_.tool, on_tool);
+    for (const std::size_t i : active_) on_tissue.push_back(&points_[i].on_tissue);
+    const auto count = 3 * Eigen::Index(active_.size());
+    Eigen::MatrixXd springs = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t k = 0; k < tools_.size(); ++k) add_springs(k, springs);
     const Scalar period = body_.options().period;
     tissue_compliance_ = period * period * body_.response(on_tissue);
-    problem_.friction = tool_.friction;
+    problem_.friction = tools_[0].friction;
     problem_.compliance = springs + tissue_compliance_;
     turn_into_axes(tissue_compliance_);
     turn_into_axes(problem_.compliance);
     if (!active_.empty()) report_.springs_share = springs.trace() / problem_.compliance.trace();
+  }
+
+  // Of the contacts of a tool among each other.
+  void add_springs(std::size_t tool, Eigen::MatrixXd& springs) const {
+    std::vector<Eigen::Index> places;
+    std::vector<ToolPoint> points;
+    for (std::size_t k = 0; k < active_.size(); ++k) {
+      if (points_[active_[k]].tool != tool) continue;
+      places.push_back(3 * Eigen::Index(k));
+      points.push_back(tool_points_[active_[k]]);
+    }
+    const JointTool& joint = tools_[tool];
+    const Eigen::MatrixXd own =
+        coupling_compliance(joint.coupling, joint.hinges, joint.tool, points);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        springs.block<3, 3>(places[i], places[k]) =
+            own.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(k));
+      }
+    }
   }
 
   void turn_into_axes(Eigen::MatrixXd& matrix) const {
@@ -194,28 +225,31 @@ class JointRun {
 
   // Where the springs would take the tool's points without contacts.
   void find_way_of_tool() {
-    const std::size_t hinges = tool_.hinges.size();
-    const Eigen::VectorXd before =
-        tool_displacement(hinges, tool_.tool, tool_.start.value_or(tool_.tool));
+    std::vector<Eigen::VectorXd> before;
+    for (const JointTool& tool : tools_) {
+      before.push_back(
+          tool_displacement(tool.hinges.size(), tool.tool, tool.start.value_or(tool.tool)));
+    }
     for (std::size_t i = 0; i < points_.size(); ++i) {
       JointPoint& point = points_[i];
-      const Eigen::MatrixXd jacobian = tool_jacobian(tool_.hinges, tool_.tool, tool_points_[i]);
+      const Eigen::MatrixXd moves = jacobian(i);
       const Vector3 tissue = body_.place(point.on_tissue) - contacts_[numbers_[i]].p_WO;
-      point.free = point.axes.transpose() * (jacobian * whole_);
-      point.already = point.axes.transpose() * (jacobian * before - tissue);
+      point.free = point.axes.transpose() * (moves * whole_[point.tool]);
+      point.already = point.axes.transpose() * (moves * before[point.tool] - tissue);
     }
   }
 
   // Along the contact's axes, without the contacts' forces on the tool: along the normal the gap at
   // the end less the one wanted, along the tangents the tool's displacement relative to the tissue
-  // in this step. What slipped before the step has slipped; undoing it would swing from step to step.
+  // in this step. What slipped before the step has slipped; undoing it would swing from step to
+  // step.
   Vector3 apart(std::size_t i, const NodeVectors& v) const {
     const JointPoint& point = points_[i];
     const ToolContactPoint& contact = contacts_[numbers_[i]];
     const Vector3 tissue = body_.place(point.on_tissue) - contact.p_WO +
                            body_.options().period * TissueBody::sum_of(point.on_tissue, v);
     Vector3 one = point.free - point.axes.transpose() * tissue;
-    one[0] += (contact.p_W - contact.p_WO).dot(point.axes.col(0)) - tool_.rest_offset;
+    one[0] += (contact.p_W - contact.p_WO).dot(point.axes.col(0)) - tool_of(i).rest_offset;
     one.tail<2>() -= point.already.tail<2>();
     return one;
   }
@@ -268,10 +302,10 @@ class JointRun {
   }
 
   TissueBody& body_;
-  const JointTool& tool_;
+  const std::span<const JointTool> tools_;
   std::vector<ToolContactPoint>& contacts_;
-  const Eigen::VectorXd whole_;       // of the tool if it followed the device
-  std::vector<std::size_t> numbers_;  // of the points' contacts
+  std::vector<Eigen::VectorXd> whole_;  // of each tool if it followed the device
+  std::vector<std::size_t> numbers_;    // of the points' contacts
   std::vector<JointPoint> points_;
   std::vector<ToolPoint> tool_points_;
   std::vector<std::size_t> active_;  // points that may bear a force
@@ -287,13 +321,22 @@ class JointRun {
 JointReport step_jointly(SoftTissue& tissue, const JointTool& tool,
                          std::vector<ToolContactPoint>& contacts,
                          std::span<const SurfaceForce> forces) {
-  DYOP_REQUIRE(tool.rest_offset >= 0 && tool.rest_offset < kInfinity,
-               "step_jointly: rest_offset must be finite and >= 0, not ", tool.rest_offset);
-  DYOP_REQUIRE(tool.friction >= 0 && tool.friction < kInfinity,
-               "step_jointly: friction must be finite and >= 0, not ", tool.friction);
+  return step_jointly(tissue, std::span(&tool, 1), contacts, forces);
+}
+
+JointReport step_jointly(SoftTissue& tissue, std::span<const JointTool> tools,
+                         std::vector<ToolContactPoint>& contacts,
+                         std::span<const SurfaceForce> forces) {
+  DYOP_REQUIRE(!tools.empty(), "step_jointly: there is no tool");
+  for (const JointTool& tool : tools) {
+    DYOP_REQUIRE(tool.rest_offset >= 0 && tool.rest_offset < kInfinity,
+                 "step_jointly: rest_offset must be finite and >= 0, not ", tool.rest_offset);
+    DYOP_REQUIRE(tool.friction >= 0 && tool.friction < kInfinity,
+                 "step_jointly: friction must be finite and >= 0, not ", tool.friction);
+  }
   prepare_joint_steps(tissue);
   TissueBody& body = tissue_internal::body_of(tissue);
-  return JointRun(body, tool, contacts).run(body.impulses_of(forces));
+  return JointRun(body, tools, contacts).run(body.impulses_of(forces));
 }
 
 void prepare_joint_steps(SoftTissue& tissue) {

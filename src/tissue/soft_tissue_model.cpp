@@ -35,29 +35,40 @@ ToolPose pose_of(const DevicePose& device, const ToolPose& otherwise) {
 }  // namespace
 
 SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle)
-    : tissue_(std::move(tissue)) {
-  tool_.coupling = obstacle.coupling;
-  tool_.hinges = obstacle.hinges;
-  tool_.rest_offset = obstacle.rest_gap;
-  tool_.friction = obstacle.friction;
+    : tissue_(std::move(tissue)), tools_(1 + obstacle.more_tools.size()) {
+  JointTool tool;
+  tool.coupling = obstacle.coupling;
+  tool.hinges = obstacle.hinges;
+  tool.rest_offset = obstacle.rest_gap;
+  tool.friction = obstacle.friction;
+  joints_.push_back(tool);
+  for (const ModelledTool& other : obstacle.more_tools) {
+    tool.coupling = other.coupling;
+    tool.hinges = other.hinges;
+    joints_.push_back(tool);
+  }
   prepare_joint_steps(tissue_);
 }
 
 ContactSearch SoftTissueModel::search() const {
   const Scalar edge = tissue_.options().cube_edge;
-  const Scalar way =  // of the tool in the last step
-      (tool_.device.X_WT.translation() - tool_.tool.X_WT.translation()).norm();
+  Scalar way = 0;  // of a tool in the last step
+  for (const JointTool& tool : joints_) {
+    const Vector3 moved = tool.device.X_WT.translation() - tool.tool.X_WT.translation();
+    way = std::max(way, moved.norm());
+  }
   return {kReach * edge + std::min(way, kMostWay * edge), kRise, kSpread * edge};
 }
 
 // If it goes on as since the last news, where it is when the step ends.
-ToolPose SoftTissueModel::expected_device(const TissueNews& news) {
+ToolPose SoftTissueModel::expected_device(const ToolNews& news, Scalar fraction,
+                                          Account& account) const {
   const Sight now{pose_of(news.device, news.tick.tool), news.tick.time};
   ToolPose expected = now.device;
-  if (last_ && now.time > last_->time) {
+  if (account.last && now.time > account.last->time) {
     const Scalar period = tissue_.options().period;
-    const Scalar lead = (2 - news.progress.fraction) * period / (now.time - last_->time);
-    const RigidPose& before = last_->device.X_WT;
+    const Scalar lead = (2 - fraction) * period / (now.time - account.last->time);
+    const RigidPose& before = account.last->device.X_WT;
     Vector3 way = lead * (now.device.X_WT.translation() - before.translation());
     const Scalar most = tissue_.options().cube_edge;
     if (way.norm() > most) way *= most / way.norm();
@@ -66,74 +77,85 @@ ToolPose SoftTissueModel::expected_device(const TissueNews& news) {
     expected.X_WT = RigidPose(Quaternion(turn) * now.device.X_WT.quaternion(),
                               now.device.X_WT.translation() + way);
   }
-  last_ = now;
+  account.last = now;
   return expected;
 }
 
-// The step begins when tissue has come to where its last step ends: until then the tool goes on as
-// was expected, from where it really is.
-std::optional<ToolPose> SoftTissueModel::expected_start(const TissueNews& news) const {
-  if (expected_.size() < 2) return std::nullopt;
-  const Scalar left = 1 - news.progress.fraction;
-  return displaced(news.tick.tool,
-                   left * tool_displacement(tool_.hinges.size(), expected_[0], expected_[1]));
-}
-
-// Sets what the ticks felt against what was expected of them.
-void SoftTissueModel::settle(const TissueNews& news) {
-  const Scalar fraction = news.progress.fraction;
-  const Vector3 expected = left_ + fraction * step_impulse_;
-  left_ = (1 - fraction) * step_impulse_;
-  given_ += expected;
-  owed_ += news.impulse_W - expected;
+// Sets what the ticks felt against what was expected of them. The step begins when tissue has come
+// to where its last step ends: until then the tool goes on as was expected, from where it really
+// is.
+void SoftTissueModel::begin_step(const ToolNews& news, Scalar fraction, JointTool& tool,
+                                 Account& account) const {
+  tool.tool = news.tick.tool;
+  if (news.tick.status == HapticStatus::NotRun) {
+    tool.device = tool.tool;
+    tool.start.reset();
+    return;
+  }
+  const Vector3 expected = account.left + fraction * account.step_impulse;
+  account.left = (1 - fraction) * account.step_impulse;
+  account.given += expected;
+  account.owed += news.impulse_W - expected;
+  tool.device = expected_device(news, fraction, account);
+  tool.start.reset();
+  if (account.expected.size() < 2) return;
+  tool.start = displaced(tool.tool,
+                         (1 - fraction) * tool_displacement(tool.hinges.size(), account.expected[0],
+                                                            account.expected[1]));
 }
 
 // What is owed acts where the last step's contacts were.
-std::vector<SurfaceForce> SoftTissueModel::repay() {
-  std::vector<SurfaceForce> forces;
-  if (loads_.empty()) return forces;
-  Vector3 part = kRepaid * springs_share_ * owed_;
-  const Scalar most = kMostRepaid * step_impulse_.norm();
+void SoftTissueModel::repay(Account& account, std::vector<SurfaceForce>& forces) const {
+  if (account.loads.empty()) return;
+  Vector3 part = kRepaid * springs_share_ * account.owed;
+  const Scalar most = kMostRepaid * account.step_impulse.norm();
   if (part.norm() > most) part *= most / part.norm();
-  owed_ -= part;
-  given_ += part;
-  for (const Load& load : loads_) {
+  account.owed -= part;
+  account.given += part;
+  for (const Load& load : account.loads) {
     const auto& weights = load.place.weights;
     forces.push_back({load.place.triangle, Vector3(weights[0], weights[1], weights[2]),
                       -load.share / tissue_.options().period * part});
   }
-  return forces;
 }
 
 void SoftTissueModel::step(const TissueNews& news, std::span<Vector3> vertices) {
   DYOP_REQUIRE(vertices.size() == tissue_.vertices().size(), "SoftTissueModel: the obstacle has ",
                vertices.size(), " vertices, the tissue ", tissue_.vertices().size());
-  const bool is_told = news.tick.status != HapticStatus::NotRun;
-  if (is_told) settle(news);
-  tool_.tool = news.tick.tool;
-  tool_.device = is_told ? expected_device(news) : tool_.tool;
-  tool_.start = is_told ? expected_start(news) : std::nullopt;
+  DYOP_REQUIRE(news.tools.size() == tools_.size(), "SoftTissueModel: the session has ",
+               news.tools.size(), " tools, the model ", tools_.size());
+  std::vector<SurfaceForce> repaid;
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    begin_step(news.tools[k], news.progress.fraction, joints_[k], tools_[k]);
+    repay(tools_[k], repaid);
+  }
   contacts_ = news.contacts;
-  const JointReport report = step_jointly(tissue_, tool_, contacts_, repay());
+  const JointReport report = step_jointly(tissue_, joints_, contacts_, repaid);
   springs_share_ = report.springs_share;
-  if (expected_.size() == 2) expected_.erase(expected_.begin());
-  expected_.push_back(report.tool);
-  remember_loads();
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    std::vector<ToolPose>& expected = tools_[k].expected;
+    if (expected.size() == 2) expected.erase(expected.begin());
+    expected.push_back(report.tools[k]);
+    remember_loads(k);
+  }
   std::copy(tissue_.vertices().begin(), tissue_.vertices().end(), vertices.begin());
 }
 
-void SoftTissueModel::remember_loads() {
-  step_impulse_.setZero();
+void SoftTissueModel::remember_loads(std::size_t tool) {
+  Account& account = tools_[tool];
+  account.step_impulse.setZero();
   Scalar sum = 0;
   for (const ToolContactPoint& contact : contacts_) {
-    step_impulse_ += tissue_.options().period * contact.force_W;
+    if (contact.tool != tool) continue;
+    account.step_impulse += tissue_.options().period * contact.force_W;
     sum += contact.force_W.norm();
   }
   if (!(sum > 0)) return;  // the old ones stay
-  loads_.clear();
+  account.loads.clear();
   for (const ToolContactPoint& contact : contacts_) {
+    if (contact.tool != tool) continue;
     const Scalar share = contact.force_W.norm() / sum;
-    if (contact.surface && share > 0) loads_.push_back({*contact.surface, share});
+    if (contact.surface && share > 0) account.loads.push_back({*contact.surface, share});
   }
 }
 

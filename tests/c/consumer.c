@@ -658,7 +658,73 @@ static int make_octahedron(dyop_context* context, dyop_shape* shape) {
   return 0;
 }
 
-/* An octahedron of radius one that a spring of 100 pulls half a unit into a floor, which then rises. */
+/* Two octahedra of radius one whose hands, one unit apart, press them together: both feel the force
+ * of two springs of 100 in series; the second one has a jaw that it does not use. */
+static int check_two_tools(dyop_context* context) {
+  dyop_tool_part parts[3] = {DYOP_TOOL_PART_INIT, DYOP_TOOL_PART_INIT, DYOP_TOOL_PART_INIT};
+  dyop_tool_hinge hinge = DYOP_TOOL_HINGE_INIT;
+  dyop_haptic_tool tools[2] = {DYOP_HAPTIC_TOOL_INIT, DYOP_HAPTIC_TOOL_INIT};
+  dyop_haptic_options options = DYOP_HAPTIC_OPTIONS_INIT;
+  dyop_haptic_session session;
+  dyop_device_pose devices[2] = {{{{0, 0, -2}, {1, 0, 0, 0}}, {0, 0, 0, 0}},
+                                 {{{0, 0, 2}, {1, 0, 0, 0}}, {0, 0, 0, 0}}};
+  dyop_haptic_tick ticks[2] = {{sizeof(dyop_haptic_tick)}, {sizeof(dyop_haptic_tick)}};
+  dyop_tool_contact contact = {sizeof(dyop_tool_contact)};
+  dyop_tool_impulse impulse = {sizeof(dyop_tool_impulse)};
+  dyop_tool_clearance clearances[2] = {{sizeof(dyop_tool_clearance)},
+                                       {sizeof(dyop_tool_clearance)}};
+  size_t count;
+  double sum;
+  int i;
+  CHECK(make_octahedron(context, &parts[0].shape) == 0);
+  parts[1].shape = parts[2].shape = parts[0].shape;
+  parts[2].hinge = 0;
+  parts[2].pose.position[2] = 5;
+  hinge.stiffness = 100;
+  options.rest_offset = 0.01;
+  options.recovery_speed = 1;
+  for (i = 0; i < 3; ++i) {
+    options.coupling.stiffness[i] = 100;
+    options.coupling.rotational_stiffness[i] = 1e4;
+  }
+  tools[0].part_count = 1;
+  tools[1].part_count = 2;
+  tools[0].start = devices[0].pose;
+  tools[1].start = devices[1].pose;
+  CHECK(dyop_haptic_session_create_tools(context, tools, 2, parts, 3, &hinge, 1, NULL, 0, 0, 0,
+                                         &options, &session) == DYOP_INVALID_ARGUMENT);
+  tools[1].hinge_count = 1;
+  tools[1].has_coupling = 1;
+  tools[1].coupling = options.coupling;
+  CHECK(dyop_haptic_session_create_tools(context, tools, 2, parts, 3, &hinge, 1, NULL, 0, 0, 0.2,
+                                         &options, &session) == DYOP_OK);
+  CHECK(dyop_haptic_update(context, session, devices, 1e-3, 0, ticks) == DYOP_INVALID_ARGUMENT);
+  for (i = 0; i < 100; ++i) {
+    devices[1].pose.position[2] = fmax(0.5, 2 - 0.05 * i);
+    devices[0].pose.position[2] = -devices[1].pose.position[2];
+    CHECK(dyop_haptic_update_tools(context, session, devices, 2, 1e-3, 0, ticks) == DYOP_OK);
+  }
+  sum = ticks[0].force[2] + ticks[1].force[2];
+  CHECK(ticks[1].status == DYOP_HAPTIC_HELD && fabs(sum) < 1e-6);
+  CHECK(ticks[1].force[2] > 50 && ticks[1].force[2] < 52);
+  CHECK(dyop_haptic_tool_contacts(context, session, 1, &contact, 1, &count) == DYOP_OK);
+  CHECK(count >= 1 && contact.obstacle == 0 && contact.force[2] > 0);
+  CHECK(dyop_haptic_tool_clearances(context, session, 1, clearances, 2, &count) == DYOP_OK);
+  CHECK(count == 2 && clearances[0].upper < 0.03 && clearances[1].lower == HUGE_VAL);
+  CHECK(dyop_haptic_contacts_of(context, session, 1, NULL, 0, &count) == DYOP_OK && count == 0);
+  CHECK(dyop_haptic_impulses_of(context, session, 1, &impulse, 1, &count) == DYOP_OK && count == 0);
+  CHECK(dyop_haptic_clearances_of(context, session, 2, NULL, 0, &count) == DYOP_INVALID_ARGUMENT);
+  options.coupling.stiffness[2] = 50;
+  CHECK(dyop_haptic_set_coupling_of(context, session, 1, &options.coupling) == DYOP_OK);
+  devices[1].pose.position[2] = 9;
+  CHECK(dyop_haptic_reset_of(context, session, 1, &devices[1]) == DYOP_OK);
+  CHECK(dyop_haptic_update_tools(context, session, devices, 2, 1e-3, 0, ticks) == DYOP_OK);
+  CHECK(ticks[1].status == DYOP_HAPTIC_FREE && ticks[1].tool.position[2] == 9);
+  return dyop_haptic_session_destroy(context, session) == DYOP_OK ? 0 : 1;
+}
+
+/* An octahedron of radius one that a spring of 100 pulls half a unit into a floor, which then
+ * rises. */
 static int check_haptics(dyop_context* context) {
   double plate[12] = {-9, -9, 0, 9, -9, 0, 9, 9, 0, -9, 9, 0};
   const int32_t halves[6] = {0, 1, 2, 0, 2, 3};
@@ -1046,6 +1112,7 @@ int main(void) {
   if (!failed) failed = check_robots(context);
   if (!failed) failed = check_deforming(context);
   if (!failed) failed = check_haptics(context);
+  if (!failed) failed = check_two_tools(context);
   if (!failed) failed = check_joints_and_snapshots(context);
   if (!failed) failed = check_mechanisms(context);
   if (!failed) failed = check_world_queries(context);

@@ -45,7 +45,7 @@ CAREFUL = {
 STARTERS = """sphere_create box_create mesh_create hull_create rest_create constant_twist_create
 interpolated_create world_create world_add_body world_add_body world_add_body world_add_joint
 world_add_spring world_snapshot obstacle_set_create obstacle_add obstacle_add chain_create joint_path_create
-robot_create deforming_mesh_create haptic_session_create""".split()
+robot_create deforming_mesh_create haptic_session_create haptic_session_create_tools""".split()
 NOT_ARRAYS = {"options", "properties", "functions", "values"}
 # A zero handle is legal there: none.
 OPTIONAL_HANDLES = {("dyop_certify", "obstacles")}
@@ -218,6 +218,8 @@ class Fuzzer:
         if kind == "dyop_haptic_options" and self.random.random() < 0.8:
             value.rest_offset, value.recovery_speed = 0.01, 1
             value.coupling.stiffness[:] = value.coupling.rotational_stiffness[:] = [100] * 3
+        if kind == "dyop_haptic_tool" and self.random.random() < 0.9:
+            value.part_count, value.hinge_count = 2, 0
         full = ctypes.sizeof(value)
         value.size = full if size is None else size
         return bytes(value)[: value.size].ljust(value.size, self.random.choice([b"\0", b"\0", b"\1"]))
@@ -336,6 +338,8 @@ class Fuzzer:
                  "dyop_deforming_mesh_create": {"vertex_count": 4, "triangle_count": 4},
                  "dyop_deforming_mesh_refit": {"vertex_count": 4},
                  "dyop_haptic_session_create": {"hinge_count": 0, "obstacle_count": 1},
+                 "dyop_haptic_session_create_tools": {"tool_count": 2, "part_count": 4, "hinge_count": 0,
+                                                     "obstacle_count": 1},
                  "dyop_haptic_give_snapshot": {"vertex_count": 4},
                  "dyop_haptic_give_mesh": {"vertex_count": 4, "triangle_count": 4}}
         if self.random.random() < 0.85:

@@ -52,6 +52,26 @@ TEST_F(ToolCommand, RecordsARunThatCanBeReadAndReplayed) {
   EXPECT_GE(json.at("obstacles").at(1).at("least_clearance"), 2);
 }
 
+TEST_F(ToolCommand, RunsSeveralTools) {
+  const std::string scene =
+      directory_.write("two.json", testing::two_tools_haptic_scene()).string();
+  const CommandResult result = run_command({"tool", scene, "-o", path("two.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NE(result.out.find("  tool 2\n"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("to tool 1 (margin 0.1)"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("energy returned to the hands: "), std::string::npos) << result.out;
+  const CommandResult replay = run_command({"tool", path("two.h5"), "--replay"});
+  EXPECT_EQ(replay.out, "2000 ticks, 0 different\n") << replay.err;
+  const CommandResult words = run_command({"info", path("two.h5")});
+  EXPECT_NE(words.out.find("    never nearer than"), std::string::npos) << words.out;
+  const auto json = nlohmann::json::parse(run_command({"info", path("two.h5"), "--json"}).out);
+  EXPECT_EQ(json.at("more_tools").size(), 1u);
+  EXPECT_GE(json.at("least_between_tools").at(0), 0.1);
+  const CommandResult device = run_command({"tool", scene, "--device", "0"});
+  EXPECT_EQ(device.exit_code, 2);
+  EXPECT_NE(device.err.find("serve one tool, the scene has 2"), std::string::npos) << device.err;
+}
+
 TEST_F(ToolCommand, ServesARunThatABrowserFollowsAndStops) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
   if (!has_live_server())

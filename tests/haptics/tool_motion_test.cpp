@@ -57,7 +57,7 @@ ToolBody box_body(std::optional<std::size_t> hinge) {
       testing::box_mesh({0.5, 0.2, 1}).moved(Matrix3::Identity(), {0.3, 0.4, 0.1}).mesh());
   scene.tool.push_back({box, RigidPose(), hinge});
   if (hinge) scene.hinges.resize(1);
-  return make_tool_bodies(scene, true).front();
+  return make_tool_bodies(scene.tools().front(), 0, true).front();
 }
 
 TEST(ToolMotion, BoundsTheDisplacementOfEveryPoint) {

@@ -182,3 +182,44 @@ def test_compliance_of_a_point_at_the_origin_is_that_of_the_springs():
     C = haptics.coupling_compliance(coupling, [], tool, points)
     assert C == pytest.approx(np.diag([1, 0.5, 0.25]))
     assert haptics.tool_jacobian([], tool, points[0]).shape == (3, 6)
+
+
+def test_two_tools_push_each_other_with_one_force():
+    """The springs of both hands are in series; a runner serves both."""
+    other = haptics.HapticTool(
+        parts=[haptics.ToolPart(shape=dyop.Sphere(2.0))], X_WT=dyop.RigidPose(position=(3, 0, 0))
+    )
+    scene = haptics.HapticScene(
+        tool=[haptics.ToolPart(shape=dyop.Sphere(2.0))],
+        X_WT=dyop.RigidPose(position=(-3, 0, 0)),
+        more_tools=[other],
+        tool_friction=0.2,
+    )
+    options = haptics.HapticOptions(rest_offset=0.02, recovery_speed=50)
+    options.coupling = haptics.CouplingOptions(stiffness=[1, 1, 1], rotational_stiffness=[200] * 3)
+    session = haptics.HapticSession(scene, options)
+    assert session.tool_count == 2
+    for k in range(300):
+        half = max(1.0, 3 - 0.01 * k)
+        ticks = session.update_all([(UP, [-half, 0, 0]), (UP, [half, 0, 0])], 1e-3)
+    for tool, side in ((0, -1), (1, 1)):
+        assert ticks[tool].wrench.force_W[0] == pytest.approx(side * 1.01, rel=1e-3)
+        contact, = ticks[tool].tool_contacts
+        assert (contact.tool, contact.obstacle) == (tool, 1 - tool)
+        assert ticks[tool].tool_clearances[1 - tool].upper < 0.03
+    with pytest.raises(dyop.InvalidArgument):
+        session.update((UP, [0, 0, 0]), 1e-3)
+    with pytest.raises(dyop.InvalidArgument):
+        session.reset(haptics.ToolPose(), index=2)
+    session.set_coupling(options.coupling, index=1)
+    session.reset(haptics.ToolPose(X_WT=dyop.RigidPose(position=(9, 0, 0))), index=1)
+    runner = haptics.HapticRunner(session, haptics.RunnerOptions(ticks=30, is_paced=False))
+    runner.set_device((UP, [9, 1, 0]), index=1)
+    with pytest.raises(dyop.InvalidArgument):
+        runner.set_device((UP, [9, 1, 0]), index=2)
+    with runner:
+        while runner.is_running:
+            time.sleep(0.001)
+    record = runner.read_ticks()[-1]
+    assert record.others[0].tick.tool.X_WT.translation == pytest.approx([9, 1, 0])
+    assert record.others[0].device.p_WD == pytest.approx([9, 1, 0])

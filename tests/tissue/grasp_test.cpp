@@ -97,7 +97,7 @@ class GraspedSheet {
     std::vector<ToolContactPoint> contacts = find(given.tool, is_late ? before_ : now);
     tool_before_ = tool_.tool;
     before_ = std::move(now);
-    tool_.tool = step_jointly(tissue_, given, contacts).tool;
+    tool_.tool = step_jointly(tissue_, given, contacts).tools[0];
     force_.setZero();
     for (const ToolContactPoint& contact : contacts) force_ += contact.force_W;
   }

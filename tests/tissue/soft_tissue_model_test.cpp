@@ -137,9 +137,9 @@ TEST(SoftTissueModel, YieldsToTheToolAndComesToRest) {
   }
 }
 
-// At 60 mm/s; of the material's own viscosity come 75 % above the force at rest. Tissue knows of the
-// tool when it sets out, two periods before it is where it shall be, and springs back when the hand
-// stops sooner than expected.
+// At 60 mm/s; of the material's own viscosity come 75 % above the force at rest. Tissue knows of
+// the tool when it sets out, two periods before it is where it shall be, and springs back when the
+// hand stops sooner than expected.
 TEST(SoftTissueModel, YieldsInTimeToAFastHand) {
   struct Case {
     Scalar stiffness;
@@ -211,6 +211,7 @@ TEST(SoftTissueModel, SurvivesLateSnapshots) {
   HapticSession session(slab.scene, slab.options);
   PressedSlab::Felt felt;
   TissueNews news;
+  ToolNews& of_tool = news.tools.emplace_back();
   std::vector<Vector3> vertices = slab.arrays.vertices;
   std::int64_t given = 0;
   Scalar late_force = 0;
@@ -219,19 +220,19 @@ TEST(SoftTissueModel, SurvivesLateSnapshots) {
       news.number = ++given;
       news.contacts.clear();
       if (k > 0) {
-        news.tick = session.last();
-        news.progress = news.tick.progress[0];
-        session.find_contacts(0, news.progress, news.tick.tool, slab.model->search(),
+        of_tool.tick = session.last();
+        news.progress = session.last().progress[0];
+        session.find_contacts(0, news.progress, session.last().tool, slab.model->search(),
                               news.contacts);
       }
       slab.model->step(news, vertices);
-      news.impulse_W.setZero();
+      of_tool.impulse_W.setZero();
       ASSERT_TRUE(session.give_snapshot(0, vertices, kPeriod));
     }
-    news.device = testing::device_at(pressed(1e-3 * k, 3));
-    const HapticTick& tick = session.update(news.device, testing::kMillisecond);
+    of_tool.device = testing::device_at(pressed(1e-3 * k, 3));
+    const HapticTick& tick = session.update(of_tool.device, testing::kMillisecond);
     if (k % 67 < 20) {
-      for (const ToolImpulse& impulse : tick.impulses) news.impulse_W += impulse.impulse_W;
+      for (const ToolImpulse& impulse : tick.impulses) of_tool.impulse_W += impulse.impulse_W;
     }
     PressedSlab::see(tick, felt);
     if (k > 1300) late_force = std::max(late_force, felt.last);
@@ -247,6 +248,66 @@ TEST(SoftTissueModel, TakesNoOtherMesh) {
   EXPECT_THROW(slab.model->step({}, few), InvalidArgument);
 }
 
+// Two balls press into the slab, mirror images of each other: the model answers both alike, and
+// takes from each what it gave. With the other beside it a ball goes deeper than alone.
+TEST(SoftTissueModel, AnswersTwoToolsAtOnce) {
+  constexpr Scalar kAside = 5, kDepth = 3;
+  const auto press = [&](bool is_alone, std::vector<Vector3>& felt) {
+    PressedSlab slab(1);
+    slab.scene.X_WT = RigidPose(Vector3(-kAside, 0, kBall + 2));
+    ModelledObstacle modelled{slab.options.coupling, {}, slab.options.rest_offset, kFriction};
+    if (!is_alone) {
+      HapticTool other;
+      other.parts = slab.scene.tool;
+      other.X_WT = RigidPose(Vector3(kAside, 0, kBall + 2));
+      slab.scene.more_tools.push_back(other);
+      modelled.more_tools.push_back({slab.options.coupling, {}});
+    }
+    SoftTissueOptions options = slab.model->tissue().options();
+    options.material.poissons_ratio = 0;  // otherwise it bulges beside a ball
+    slab.model =
+        std::make_shared<SoftTissueModel>(SoftTissue(slab.arrays.mesh(), options), modelled);
+    HapticSession session(slab.scene, slab.options);
+    TissueFeed feed;
+    feed.period = kPeriod;
+    feed.model = slab.model;
+    RunnerOptions runner;
+    runner.is_paced = false;
+    runner.ticks = 1500;
+    std::vector<Vector3> impulses(2, Vector3::Zero());
+    run_session(
+        session,
+        [&](std::int64_t k, std::span<DevicePose> devices) {
+          const Vector3 down = pressed(1e-3 * Scalar(k), kDepth);
+          devices[0] = testing::device_at({-kAside, 0, down.z()});
+          if (!is_alone) devices[1] = testing::device_at({kAside, 0, down.z()});
+        },
+        {feed},
+        [&](const TickRecord& record) {
+          EXPECT_EQ(record.others.size(), is_alone ? 0u : 1u);
+          for (const ToolImpulse& one : record.tick.impulses) impulses[0] += one.impulse_W;
+          felt = {record.tick.wrench.force_W, record.tick.tool.X_WT.translation()};
+          for (const ToolRecord& other : record.others) {
+            for (const ToolImpulse& one : other.tick.impulses) impulses[1] += one.impulse_W;
+            felt.push_back(other.tick.wrench.force_W);
+            felt.push_back(other.tick.tool.X_WT.translation());
+          }
+        },
+        runner);
+    for (std::size_t k = 0; k < (is_alone ? 1u : 2u); ++k) {
+      const Vector3 taken = slab.model->given_impulse_W(k) + slab.model->owed_impulse_W(k);
+      EXPECT_NEAR(taken.z(), impulses[k].z(), 0.02 * impulses[k].z()) << k;
+    }
+  };
+  std::vector<Vector3> both, alone;
+  press(false, both);
+  press(true, alone);
+  EXPECT_NEAR(both[0].z(), both[2].z(), 0.02 * both[0].z());
+  EXPECT_NEAR(both[0].x(), -both[2].x(), 0.02 * both[0].z());
+  EXPECT_GT(both[0].z(), 0.05);
+  EXPECT_LT(both[1].z(), alone[1].z() - 0.01);
+}
+
 // A model of one's own: a sheet that gives way under the last force.
 class Cushion final : public TissueModel {
  public:
@@ -258,7 +319,7 @@ class Cushion final : public TissueModel {
       EXPECT_TRUE(contact.surface);
       ++contacts;
     }
-    impulse += news.impulse_W;
+    impulse += news.tools.at(0).impulse_W;
     for (Vector3& p : vertices) p.z() = -0.5 * impulse.z();
   }
   int calls = 0;

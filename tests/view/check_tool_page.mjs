@@ -39,7 +39,7 @@ try {
   }));
   check(Math.abs(run.end - facts.end) < 1e-9, `the run ends at ${run.end}, not ${facts.end}`);
   check(run.samples >= (facts.samples ?? 100), `${run.samples} samples`);
-  check(run.gaps === 2 * run.samples, `${run.gaps} gaps at ${run.samples} samples`);
+  check(run.gaps === (facts.gaps ?? 2) * run.samples, `${run.gaps} gaps at ${run.samples} samples`);
   check(run.ghosts === facts.ghosts, `${run.ghosts} see-through bodies`);
   const axis = await page.evaluate(() => {
     const {player, run: all} = window.dyop;

@@ -2,6 +2,8 @@
 
 // The page of a tool's run, in a browser, against the session itself.
 
+#include "view/tool/tool_page.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -120,6 +122,49 @@ TEST(ToolPage, ShowsToolDeviceAndTissueWhereTheyWere) {
   }
 }
 
+// The page names the tools, and its nearest pair may be two of them.
+TEST(ToolPage, ShowsSeveralTools) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "two.h5";
+  HapticRun run = parse_haptic_run("scene.json", testing::two_tools_haptic_scene());
+  HapticSession session(run.scene, run.options);
+  HapticRecordingWriter writer(file, {"", run.text, run.runner.period, ""}, run.scene, run.options,
+                               run.tissue);
+  run.runner.is_paced = false;
+  run.runner.ticks = 400;
+  writer.finish(run_session(
+      session,
+      [&](std::int64_t tick, std::span<DevicePose> devices) {
+        for (std::size_t k = 0; k < devices.size(); ++k) devices[k] = run.device(tick, k);
+      },
+      run.tissue, [&](const TickRecord& record) { writer.add(record); }, run.runner));
+  const view_internal::ToolBodies bodies(run.scene);
+  std::vector<std::string> names;
+  for (const PageBody& body : bodies.bodies()) names.push_back(body.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"tool 1, part 1", "tool 1, part 2", "tool 2",
+                                             "device 1, part 1", "device 1, part 2", "device 2",
+                                             "liver", "vessel"}));
+  view_internal::ToolSample sample;
+  int between = 0;
+  HapticRecordingReader(file).for_each_tick([&](const RecordedTick& tick) {
+    sample = {};
+    sample.add(tick);
+    sample.add_other(tick.others[0]);
+    sample.add_between(tick.tool_clearances);
+    PageSpan span;
+    sample.write({0, 1}, bodies, std::vector<BodyId>{BodyId(6), BodyId(7)}, span);
+    ASSERT_EQ(span.gaps.size(), 3u);
+    EXPECT_EQ(span.gaps[2].a, BodyId(2));
+    EXPECT_EQ(span.gaps[2].b, BodyId(0));
+    EXPECT_EQ(span.gaps[2].lower, tick.tool_clearances[0].lower);
+    between += span.gaps[2].witness_W.has_value();
+    EXPECT_EQ(sample.force,
+              std::max(tick.wrench.force_W.norm(), tick.others[0].wrench.force_W.norm()));
+  });
+  EXPECT_GT(between, 20);
+  EXPECT_LT(between, 390);
+}
+
 // What a follower published, and what the run was like at the end of each tick.
 struct Followed {
   HapticRun run;
@@ -147,7 +192,11 @@ Followed follow_run(const std::string& text, bool is_stuck) {
   }
   // A publisher that is stuck for the whole run holds nobody up: else this would never return.
   run_session(
-      session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
+      session,
+      [&](std::int64_t tick, std::span<DevicePose> devices) {
+        for (std::size_t k = 0; k < devices.size(); ++k) devices[k] = run.device(tick, k);
+      },
+      run.tissue,
       [&](const TickRecord& record) {
         follower.add(record);
         followed.ticks.push_back(record);
@@ -171,17 +220,17 @@ AlignedBox box_of(const std::vector<Vector3>& vertices,
 
 // Facts of the ticks that became pictures.
 nlohmann::json facts_of(const Followed& followed) {
-  constexpr std::size_t kLiver = 4, kCutLiver = 6, kDevice = 2;
   const HapticRun& run = followed.run;
+  std::size_t parts = 0;
+  for (const HapticTool& tool : run.scene.tools()) parts += tool.parts.size();
+  const std::size_t liver = 2 * parts, cut_liver = liver + 2, device = parts;
   constexpr std::int64_t kCut = 5;
-  const bool is_cut = ToolFollower::scene_of(run).bodies.size() > kCutLiver;
-  nlohmann::json facts{{"rest_offset", run.options.rest_offset},
-                       {"end", 0.7},
-                       {"ghosts", is_cut ? 3 : 2},
-                       {"samples", followed.span.frames.size()},
-                       {"poses", nlohmann::json::array()},
-                       {"boxes", nlohmann::json::array()},
-                       {"present", nlohmann::json::array()}};
+  const bool is_cut = ToolFollower::scene_of(run).bodies.size() > cut_liver;
+  nlohmann::json facts{
+      {"rest_offset", run.options.rest_offset}, {"end", 0.7},
+      {"ghosts", parts + (is_cut ? 1 : 0)},     {"samples", followed.span.frames.size()},
+      {"gaps", 1 + run.scene.tools().size()},   {"poses", nlohmann::json::array()},
+      {"boxes", nlohmann::json::array()},       {"present", nlohmann::json::array()}};
   const RigidPose& X_TP = run.scene.tool[0].X_TP;
   for (const PageFrame& frame : followed.span.frames) {
     const Scalar t = frame.interval.end;
@@ -189,13 +238,20 @@ nlohmann::json facts_of(const Followed& followed) {
     const TickRecord& record = followed.ticks.at(number);
     facts["poses"].push_back(pose_fact(0, t, record.tick.tool.X_WT * X_TP));
     const RigidPose X_WD(record.device.q_WD, record.device.p_WD);
-    facts["poses"].push_back(pose_fact(kDevice, t, X_WD * X_TP));
+    facts["poses"].push_back(pose_fact(device, t, X_WD * X_TP));
+    std::size_t other = run.scene.tool.size();  // the first part of a further tool
+    for (std::size_t k = 0; k < record.others.size(); ++k) {
+      const HapticTool& tool = run.scene.more_tools[k];
+      const RigidPose& X_WT = record.others[k].tick.tool.X_WT;
+      facts["poses"].push_back(pose_fact(other, t, X_WT * tool.parts[0].X_TP));
+      other += tool.parts.size();
+    }
     const bool is_open = is_cut && record.tick.progress[0].snapshot >= kCut;
     const AlignedBox box =
         box_of(followed.liver.at(number),
                is_open ? run.tissue[0].cut(kCut)->triangles : run.scene.obstacles[0].triangles);
-    facts["present"].push_back({{"body", kLiver}, {"t", t}, {"is", !is_open}});
-    facts["boxes"].push_back({{"body", is_open ? kCutLiver : kLiver},
+    facts["present"].push_back({{"body", liver}, {"t", t}, {"is", !is_open}});
+    facts["boxes"].push_back({{"body", is_open ? cut_liver : liver},
                               {"t", t},
                               {"low", numbers_of(box.min())},
                               {"high", numbers_of(box.max())}});
@@ -206,7 +262,8 @@ nlohmann::json facts_of(const Followed& followed) {
 TEST(ToolFollower, ShowsToolDeviceAndTissueWhereTheyAre) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
   const testing::TemporaryDirectory directory;
-  for (const std::string& text : {testing::cut_haptic_scene(), testing::elastic_haptic_scene()}) {
+  for (const std::string& text : {testing::cut_haptic_scene(), testing::elastic_haptic_scene(),
+                                  testing::two_tools_haptic_scene()}) {
     const Followed followed = follow_run(text, false);
     const PageEncoder encoder(ToolFollower::scene_of(followed.run));
     const fs::path facts = directory.write("facts.json", facts_of(followed).dump());

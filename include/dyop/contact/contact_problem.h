@@ -56,9 +56,9 @@ struct PointContact {
   Vector3 angular_impulse_W = Vector3::Zero();  ///< the same for rolling and torsional friction
 };
 
-/// A further body that moves a contact's point on A or on B: the velocity there adds to that of body
-/// A or B. So a coordinate of its own, such as the angle of a jaw beside the frame of its tool, can be
-/// a body.
+/// A further body that moves a contact's point on A or on B: the velocity there adds to that of
+/// body A or B. So a coordinate of its own, such as the angle of a jaw beside the frame of its
+/// tool, can be a body.
 struct ContactCarrier {
   std::size_t contact = 0;        ///< index into ContactProblem::contacts
   std::size_t body = 0;           ///< neither A nor B, nor named before for this contact

@@ -45,17 +45,22 @@ struct TissueMesh {
   std::vector<TriangleIndices> triangles;
 };
 
-/// What a model of tissue is told when a snapshot is wanted of it.
-struct TissueNews {
-  std::int64_t number = 1;    ///< of the snapshot, counted from 1
-  DevicePose device;          ///< of the last tick
-  HapticTick tick;            ///< the last one; NotRun before the first
-  ObstacleProgress progress;  ///< of the obstacle, then
-  /// Where the tool of that tick touches the obstacle or soon may, without forces.
-  std::vector<ToolContactPoint> contacts;
+/// What a model of tissue is told of a tool.
+struct ToolNews {
+  DevicePose device;  ///< of the last tick
+  HapticTick tick;    ///< the last one; NotRun before the first
   /// What the obstacle did to the tool in the ticks since the model was last told, force times the
   /// time in which the obstacle moved.
   Vector3 impulse_W = Vector3::Zero();
+};
+
+/// What a model of tissue is told when a snapshot is wanted of it.
+struct TissueNews {
+  std::int64_t number = 1;      ///< of the snapshot, counted from 1
+  std::vector<ToolNews> tools;  ///< all of the session
+  ObstacleProgress progress;    ///< of the obstacle, at the end of the last tick
+  /// Where the tools of that tick touch the obstacle or soon may, without forces.
+  std::vector<ToolContactPoint> contacts;
 };
 
 /// A model of tissue that answers the tool: SoftTissueModel, or one of your own.
@@ -88,12 +93,19 @@ struct TissueFeed {
   std::function<void(std::span<const Vector3> vertices)> given = {};
 };
 
+/// A tool's part of a tick.
+struct ToolRecord {
+  DevicePose device;
+  HapticTick tick;
+};
+
 /// One tick with its inputs, as a log wants it.
 struct TickRecord {
   std::int64_t number = 0;
   DevicePose device;
   Scalar dt = 0;
   HapticTick tick;
+  std::vector<ToolRecord> others = {};  ///< of further tools
 };
 
 struct RunnerOptions {
@@ -131,5 +143,13 @@ RunnerReport run_session(HapticSession& session,
                          const std::vector<TissueFeed>& tissue,
                          const std::function<void(const TickRecord&)>& sink,
                          const RunnerOptions& options, const std::stop_token& stop = {});
+
+/// The same for a session of several tools.
+/// @param devices Writes a pose for each.
+RunnerReport run_session(
+    HapticSession& session,
+    const std::function<void(std::int64_t tick, std::span<DevicePose> devices)>& devices,
+    const std::vector<TissueFeed>& tissue, const std::function<void(const TickRecord&)>& sink,
+    const RunnerOptions& options, const std::stop_token& stop = {});
 
 }  // namespace dyop

@@ -9,6 +9,8 @@
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
+#include "dyop/haptics/haptic_tick.h"
+#include "dyop/haptics/virtual_coupling.h"
 
 namespace DYOP_EXPORT dyop {
 
@@ -65,6 +67,21 @@ struct ToolTrocar {
   Vector3 axis_T = Vector3::UnitZ();  ///< along it; any length but zero
 };
 
+/// Largest number of tools of a session.
+inline constexpr std::size_t kMostTools = 4;
+
+/// A tool beside the first one of a scene, in another hand.
+struct HapticTool {
+  std::vector<ToolPart> parts;
+  std::vector<ToolHinge> hinges;
+  RigidPose X_WT;  ///< where it starts
+  std::optional<ToolTrocar> trocar = {};
+  /// Its springs; none: HapticOptions::coupling.
+  std::optional<CouplingOptions> coupling = {};
+
+  ToolPose start() const;
+};
+
 /// Everything a HapticSession needs. Any consistent units.
 struct HapticScene {
   std::vector<ToolPart> tool;
@@ -74,6 +91,15 @@ struct HapticScene {
   /// At the end of every tick the axis passes it by at most the rest offset; a tool that starts
   /// farther away is led there at HapticOptions::recovery_speed.
   std::optional<ToolTrocar> trocar = {};
+
+  /// Further tools, at most kMostTools - 1. All tools move at once, and none may touch another:
+  /// they push each other like hard obstacles that give way, so that two hands feel the same force.
+  std::vector<HapticTool> more_tools = {};
+  Scalar tool_margin = 0;    ///< distance that tools keep from each other, >= 0
+  Scalar tool_friction = 0;  ///< Coulomb's coefficient between tools, >= 0
+
+  /// All tools in their order, the first one included, which has no springs of its own.
+  std::vector<HapticTool> tools() const;
 };
 
 }  // namespace dyop

@@ -96,6 +96,10 @@ struct SessionState;
 /// tool against every tissue and hard region, rotation and deformation included
 /// (docs/haptics.md). One thread calls update(); snapshots of a deforming obstacle may
 /// come from another one.
+///
+/// Several tools (HapticScene::more_tools) move at once, proven against each other as well. Tools
+/// are numbered from 0, the scene's first one; what takes a number throws InvalidArgument if there
+/// is no such tool.
 class HapticSession {
  public:
   /// @throws InvalidArgument if the scene or an option is out of its range; the message names it.
@@ -112,31 +116,40 @@ class HapticSession {
   /// @return The result, which the next call overwrites.
   const HapticTick& update(const DevicePose& device, Scalar dt, const Deadline& deadline = {});
 
+  /// The same with a pose for each tool, and a tick for each. What all share is in all of them:
+  /// tissue, time, cutoff, latency and statistics.
+  /// @throws InvalidArgument if there are not as many poses as tools.
+  std::span<const HapticTick> update(std::span<const DevicePose> devices, Scalar dt,
+                                     const Deadline& deadline = {});
+
   /// The same, cut off where an earlier run with the same inputs was: the same bits.
   const HapticTick& replay(const DevicePose& device, Scalar dt,
                            const std::optional<TickCutoff>& cutoff);
+  std::span<const HapticTick> replay(std::span<const DevicePose> devices, Scalar dt,
+                                     const std::optional<TickCutoff>& cutoff);
 
   /// Other springs from the next tick on; from the thread that calls update(). Along each axis a
   /// lower stiffness takes effect at once, a higher one when the tool is where the device is: so a
   /// change under the hand gives no energy. All else takes effect at once. Limits and dampers of
   /// the hinges stay.
   /// @throws InvalidArgument as the constructor.
-  void set_coupling(const CouplingOptions& coupling);
+  void set_coupling(const CouplingOptions& coupling, std::size_t tool = 0);
   /// The springs that act now.
-  const CouplingOptions& coupling() const;
+  const CouplingOptions& coupling(std::size_t tool = 0) const;
 
-  /// Puts the tool elsewhere, as when it is exchanged: no motion, so nothing is proven in between.
+  /// Puts a tool elsewhere, as when it is exchanged: no motion, so nothing is proven in between.
   /// What is known of the old place is dropped, and distances are measured at the new one, without
   /// a limit; what the tool starts near or in there it leaves, as after the constructor. Angles of
   /// the pose count. From the thread that calls update().
   /// @throws InvalidArgument if an angle is not finite or a coordinate is beyond the limit of
   ///         give_snapshot().
-  void reset(const ToolPose& tool);
+  void reset(const ToolPose& pose, std::size_t tool = 0);
 
-  const HapticTick& last() const;
+  const HapticTick& last(std::size_t tool = 0) const;
   /// Elapsed time, the sum of all dt used.
   Scalar time() const;
   bool is_passive() const;
+  std::size_t tool_count() const;
   std::size_t obstacle_count() const;
 
   /// Gives a deforming obstacle the vertices that it shall reach `duration` after those given
@@ -178,8 +191,9 @@ class HapticSession {
   /// @param contacts Replaced, the nearest first.
   /// @return False if the mesh of that progress is no longer there, as newer ones were given.
   /// @throws InvalidArgument if the obstacle does not deform or an option is out of its range.
-  bool find_contacts(std::size_t obstacle, const ObstacleProgress& progress, const ToolPose& tool,
-                     const ContactSearch& search, std::vector<ToolContactPoint>& contacts);
+  bool find_contacts(std::size_t obstacle, const ObstacleProgress& progress, const ToolPose& pose,
+                     const ContactSearch& search, std::vector<ToolContactPoint>& contacts,
+                     std::size_t tool = 0);
 
   /// Current vertices of a deforming obstacle.
   /// @throws InvalidArgument if the obstacle does not deform.

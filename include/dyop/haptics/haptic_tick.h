@@ -40,8 +40,8 @@ struct ToolWaypoint {
 };
 
 /// How a tick ended. In every status the proxy's motion of this tick is proven: no part of the tool
-/// came nearer to a tissue or hard region than its target distance, or, if it already was nearer,
-/// than it was (Recovering). The only exception is Overlapping, which names the pair.
+/// came nearer to a tissue, hard region or other tool than its target distance, or, if it already
+/// was nearer, than it was (Recovering). The only exception is Overlapping, which names the pair.
 enum class HapticStatus {
   NotRun,
   Free,          ///< the proxy is where the device is
@@ -73,7 +73,8 @@ enum class ContactState {
 
 /// A place where the proxy is held back, or may soon be.
 struct ToolContactPoint {
-  std::size_t obstacle = 0;
+  std::size_t tool = 0;           ///< of the session
+  std::size_t obstacle = 0;       ///< of the scene; of HapticTick::tool_contacts the other tool
   std::size_t part = 0;           ///< body of the tool: 0 for all fixed parts, then one per hinge
   Vector3 p_W = Vector3::Zero();  ///< on the tool
   Vector3 nhat_W = Vector3::UnitX();  ///< unit, from the obstacle to the tool
@@ -132,7 +133,7 @@ struct TickStatistics {
   std::int64_t work = 0;    ///< as HapticOptions::max_work counts it; not in recordings
 };
 
-/// Result of HapticSession::update().
+/// Result of HapticSession::update() for a tool.
 struct HapticTick {
   HapticStatus status = HapticStatus::NotRun;
   ToolPose tool;
@@ -140,13 +141,18 @@ struct HapticTick {
   ToolWrench wrench;               ///< on the hand
   std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
   std::vector<ToolContactPoint> candidates;  ///< that were near it then and had no force
-  /// Impulses of all contacts over the whole tick. Where the tool follows the device without
-  /// running behind, they sum to what the springs pulled with, times dt; dampers do not count.
+  /// Impulses of all contacts with obstacles over the whole tick. Where the tool follows the device
+  /// without running behind and touches no other tool, they sum to what the springs pulled with,
+  /// times dt; dampers do not count.
   std::vector<ToolImpulse> impulses;
   Vector3 trocar_force_W = Vector3::Zero();  ///< of HapticScene::trocar on the tool
   std::vector<ToolClearance> clearances;     ///< one for each obstacle
-  Scalar energy_returned = 0;                ///< see VirtualCoupling
-  Scalar tissue_stopped = 0;                 ///< time of this tick during which tissue was stopped
+  /// Where several tools are in the scene: the contacts with the others, also those without a force
+  /// (ContactState::Open), and one clearance for each tool, of which its own is infinite.
+  std::vector<ToolContactPoint> tool_contacts;
+  std::vector<ToolClearance> tool_clearances;
+  Scalar energy_returned = 0;  ///< see VirtualCoupling
+  Scalar tissue_stopped = 0;   ///< time of this tick during which tissue was stopped
   /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0
   /// once reached.
   Scalar tissue_lag = 0;

@@ -31,6 +31,16 @@ struct SnapshotSource {
   Scalar period = 0;    ///< from one snapshot to the next, if there is a formula
 };
 
+/// A further tool's part of a tick.
+struct RecordedTool {
+  DevicePose device;
+  HapticStatus status = HapticStatus::NotRun;
+  ToolPose tool;      ///< position exact, rotation and angles in single precision
+  ToolWrench wrench;  ///< from here on in single precision
+  Scalar energy_returned = 0;
+  std::vector<ToolClearance> clearances;  ///< bounds rounded outwards, no points
+};
+
 /// One tick as a recording stores it: its exact inputs, and results for looking at. The digest
 /// stands for all bits of the result.
 struct RecordedTick {
@@ -52,6 +62,10 @@ struct RecordedTick {
   Scalar tissue_lag = 0;  ///< not known, 0, in recordings of version 1 and 2
   std::chrono::nanoseconds latency{0};
   TickStatistics statistics;
+  std::vector<RecordedTool> others;  ///< further tools
+  /// Between tools: one for each pair, (0, 1), (0, 2), (1, 2) and so on, as the second one of the
+  /// pair sees it.
+  std::vector<ToolClearance> tool_clearances;
   std::uint64_t digest = 0;
 
   /// How far the session advanced: dt, or 0 if dt is invalid.
@@ -69,13 +83,16 @@ struct HapticRunEnd {
 
 /// A hash of every bit of a tick's results, latency and statistics excepted: equal for equal bits.
 std::uint64_t tick_digest(const HapticTick& tick);
+/// The same of the ticks of all tools.
+std::uint64_t tick_digest(std::span<const HapticTick> ticks);
 
 /// Records the run of a HapticSession in a file of docs/formats.md: the scene with all its
 /// meshes once, then every tick with its inputs and results. HapticRecordingReader, h5py and the
 /// like can read it while it is written, and after the process was killed: it then lacks at most
 /// the ticks since the last flush, a tenth of a second.
 ///
-/// Bytes of a tick: 204, and 12 for each hinge and 13 for each obstacle.
+/// Bytes of a tick: 208, and 12 for each hinge and 13 for each obstacle; for each further tool 125,
+/// 12 for each of its hinges and 8 for each obstacle; and 32 for each pair of tools.
 class HapticRecordingWriter {
  public:
   /// Replaces the file.

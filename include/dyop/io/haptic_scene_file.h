@@ -24,6 +24,8 @@ struct DevicePoint {
 struct ToolStroke {
   std::string name;
   std::vector<DevicePoint> points;  ///< times ascend from 0
+  /// Of the devices of further tools, each of which ends where its own points do.
+  std::vector<std::vector<DevicePoint>> more_points = {};
 
   Scalar duration() const { return points.back().t; }
 };
@@ -40,9 +42,9 @@ struct HapticRun {
   std::vector<ToolStroke> strokes;  ///< one after the other, repeated
   std::string text;                 ///< of the file
 
-  /// The stroke of a tick, and the device's pose at the end of the tick.
+  /// The stroke of a tick, and the pose of a tool's device at the end of the tick.
   std::size_t stroke_at(std::int64_t tick) const;
-  DevicePose device(std::int64_t tick) const;
+  DevicePose device(std::int64_t tick, std::size_t tool = 0) const;
 };
 
 /// Reads a scene of a tool.

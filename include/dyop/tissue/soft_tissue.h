@@ -133,7 +133,7 @@ struct JointReport {
   /// Part of the contacts' compliance that is that of the springs, the rest the tissue's over a
   /// step, 0 to 1; 1 without contacts.
   Scalar springs_share = 1;
-  ToolPose tool;  ///< at the step's end
+  std::vector<ToolPose> tools;  ///< at the step's end
 };
 
 /// One step of the tissue, solved together with the tool on its springs: at its end the springs'
@@ -150,11 +150,22 @@ struct JointReport {
 JointReport step_jointly(SoftTissue& tissue, const JointTool& tool,
                          std::vector<ToolContactPoint>& contacts,
                          std::span<const SurfaceForce> forces = {});
+/// The same with several tools: ToolContactPoint::tool tells which. The tissue joins them; what
+/// they do to each other directly is not part of it. All have the friction of the first.
+JointReport step_jointly(SoftTissue& tissue, std::span<const JointTool> tools,
+                         std::vector<ToolContactPoint>& contacts,
+                         std::span<const SurfaceForce> forces = {});
 
 /// Computes what joint steps need once, a second or so for 2,000 cubes, on all cores: how the nodes
 /// at the surface answer forces on each other. Some 40 MB for 1,000 such nodes. Otherwise the first
 /// joint step does it.
 void prepare_joint_steps(SoftTissue& tissue);
+
+/// A further tool of a session with a SoftTissueModel.
+struct ModelledTool {
+  CouplingOptions coupling;
+  std::vector<ToolHinge> hinges;
+};
 
 /// The part of a haptic scene that a SoftTissueModel needs to know.
 struct ModelledObstacle {
@@ -162,13 +173,14 @@ struct ModelledObstacle {
   std::vector<ToolHinge> hinges;
   Scalar rest_gap = 0;  ///< the obstacle's margin plus HapticOptions::rest_offset
   Scalar friction = 0;
+  std::vector<ModelledTool> more_tools = {};
 };
 
 /// A SoftTissue as an obstacle of run_session() (TissueFeed::model): each snapshot is a joint step
-/// with the tool.
+/// with the session's tools.
 ///
-/// The device is expected to go on as it did since the last step, by at most a cube's edge. Over
-/// time the tissue takes exactly what it did to the tool: where the forces of a step came out
+/// A device is expected to go on as it did since the last step, by at most a cube's edge. Over
+/// time the tissue takes exactly what it did to each tool: where the forces of a step came out
 /// otherwise than expected, the next steps make up for the difference.
 class SoftTissueModel final : public TissueModel {
  public:
@@ -178,10 +190,10 @@ class SoftTissueModel final : public TissueModel {
   void step(const TissueNews& news, std::span<Vector3> vertices) override;
 
   const SoftTissue& tissue() const { return tissue_; }
-  /// The impulse on the tool whose opposite the tissue has taken in the time that is over, and what
+  /// The impulse on a tool whose opposite the tissue has taken in the time that is over, and what
   /// is still to be made up for.
-  const Vector3& given_impulse_W() const { return given_; }
-  const Vector3& owed_impulse_W() const { return owed_; }
+  const Vector3& given_impulse_W(std::size_t tool = 0) const { return tools_[tool].given; }
+  const Vector3& owed_impulse_W(std::size_t tool = 0) const { return tools_[tool].owed; }
 
  private:
   struct Sight {
@@ -192,23 +204,27 @@ class SoftTissueModel final : public TissueModel {
     SurfacePoint place;
     Scalar share = 0;
   };
-  ToolPose expected_device(const TissueNews& news);
-  std::optional<ToolPose> expected_start(const TissueNews& news) const;
-  void settle(const TissueNews& news);
-  std::vector<SurfaceForce> repay();
-  void remember_loads();
+  /// What is known of a tool from the steps before.
+  struct Account {
+    std::optional<Sight> last;
+    std::vector<ToolPose> expected;  // the tool at the ends of the last two steps, the newer last
+    std::vector<Load> loads;         // of the last step that had any
+    Vector3 step_impulse = Vector3::Zero();  // expected of the newest step
+    Vector3 left = Vector3::Zero();          // of the one before: its part that is not yet settled
+    Vector3 given = Vector3::Zero();
+    Vector3 owed = Vector3::Zero();
+  };
+
+  ToolPose expected_device(const ToolNews& news, Scalar fraction, Account& account) const;
+  void begin_step(const ToolNews& news, Scalar fraction, JointTool& tool, Account& account) const;
+  void repay(Account& account, std::vector<SurfaceForce>& forces) const;
+  void remember_loads(std::size_t tool);
 
   SoftTissue tissue_;
-  JointTool tool_;
-  std::optional<Sight> last_;
-  std::vector<ToolPose> expected_;  // the tool at the ends of the last two steps, the newer last
+  std::vector<JointTool> joints_;  // by tool
+  std::vector<Account> tools_;
   std::vector<ToolContactPoint> contacts_;
-  std::vector<Load> loads_;                 // of the last step that had any
-  Vector3 step_impulse_ = Vector3::Zero();  // expected of the newest step
-  Vector3 left_ = Vector3::Zero();          // of the one before: its part that is not yet settled
-  Scalar springs_share_ = 1;                // in the last step
-  Vector3 given_ = Vector3::Zero();
-  Vector3 owed_ = Vector3::Zero();
+  Scalar springs_share_ = 1;  // in the last step
 };
 
 }  // namespace dyop

@@ -55,24 +55,37 @@ class ServedTool final : public LiveTool {
 };
 
 struct RecordedSummary {
-  ToolSummary ticks;
+  RunSummary run;
   LatencyHistogram latency;
   Scalar time = 0;
+
+  void add(const RecordedTick& tick) {
+    run.tools.resize(1 + tick.others.size());
+    run.tools[0].add(tick);
+    run.tools[0].add_tissue(tick);
+    for (std::size_t k = 0; k < tick.others.size(); ++k) run.tools[k + 1].add(tick.others[k]);
+    run.between.add_clearances(tick.tool_clearances);
+    latency.add(tick.latency);
+    time += tick.time_passed();
+  }
 };
 
 RecordedSummary summarize(const HapticRecordingReader& reader) {
   RecordedSummary summary;
-  reader.for_each_tick([&](const RecordedTick& tick) {
-    summary.ticks.add(tick);
-    summary.latency.add(tick.latency);
-    summary.time += tick.time_passed();
-  });
+  reader.for_each_tick([&](const RecordedTick& tick) { summary.add(tick); });
+  summary.run.tools.resize(1 + reader.scene().more_tools.size());  // also without a tick
   return summary;
 }
 
 std::string end_of(const HapticRecordingReader& reader) {
   if (!reader.end()) return "not ended: still running, or killed";
   return reader.end()->error.empty() ? "completed" : "Error: " + reader.end()->error;
+}
+
+void add_statuses(const ToolSummary& tool, nlohmann::ordered_json& json) {
+  json["statuses"] = nlohmann::ordered_json::object();
+  for (const auto& [status, count] : tool.statuses) json["statuses"][words_of(status)] = count;
+  json["largest_force"] = tool.largest_force;
 }
 
 void print_json(const HapticRecordingReader& reader, const RecordedSummary& summary,
@@ -85,20 +98,24 @@ void print_json(const HapticRecordingReader& reader, const RecordedSummary& summ
   json["ticks"] = reader.tick_count();
   json["time"] = summary.time;
   json["bytes_per_tick"] = reader.bytes_per_tick();
-  json["statuses"] = nlohmann::ordered_json::object();
-  for (const auto& [status, count] : summary.ticks.statuses) {
-    json["statuses"][words_of(status)] = count;
-  }
-  json["largest_force"] = summary.ticks.largest_force;
-  json["tissue_stopped"] = summary.ticks.tissue_stopped;
-  json["longest_tissue_lag"] = summary.ticks.longest_lag;
+  const std::vector<ToolSummary>& tools = summary.run.tools;
+  add_statuses(tools[0], json);
+  json["tissue_stopped"] = tools[0].tissue_stopped;
+  json["longest_tissue_lag"] = tools[0].longest_lag;
   json["obstacles"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < reader.scene().obstacles.size(); ++k) {
     const ToolObstacle& obstacle = reader.scene().obstacles[k];
     nlohmann::ordered_json line{{"name", obstacle.name}, {"margin", obstacle.margin}};
-    if (reader.tick_count() > 0) line["least_clearance"] = summary.ticks.least_clearance[k];
+    if (reader.tick_count() > 0) line["least_clearance"] = tools[0].least_clearance[k];
     json["obstacles"].push_back(line);
   }
+  for (std::size_t k = 1; k < tools.size(); ++k) {
+    nlohmann::ordered_json tool;
+    add_statuses(tools[k], tool);
+    tool["least_clearances"] = tools[k].least_clearance;
+    json["more_tools"].push_back(tool);
+  }
+  if (tools.size() > 1) json["least_between_tools"] = summary.run.between.least_clearance;
   json["latency_ns"] = {{"median", summary.latency.quantile(0.5).count()},
                         {"p999", summary.latency.quantile(0.999).count()},
                         {"worst", summary.latency.worst().count()}};
@@ -148,7 +165,7 @@ ExitCode print_haptic_recording(const std::filesystem::path& file, bool is_json)
     std::printf("missing           %lld ticks: it cannot be replayed\n",
                 static_cast<long long>(reader.end()->unlogged));
   }
-  print_summary(summary.ticks, reader.scene().obstacles);
+  if (reader.tick_count() > 0) print_summary(summary.run, reader.scene());
   print_latency(summary.latency);
   std::printf("size              %.4g MiB\n", double(bytes) / (1 << 20));
   return ExitCode::Answered;

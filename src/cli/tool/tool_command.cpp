@@ -10,6 +10,7 @@
 #include "cli/recording/recording_tools.h"
 #include "cli/tool/tool_device.h"
 #include "cli/tool/tool_summary.h"
+#include "dyop/core/error.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "io/file_bytes.h"
 
@@ -63,24 +64,29 @@ class Report {
   explicit Report(const HapticRun& run) : run_(run), strokes_(run.strokes.size()) {}
 
   void add(const TickRecord& record) {
-    strokes_[run_.stroke_at(record.number)].add(record.tick);
-    energy_ = record.tick.energy_returned;
+    strokes_[run_.stroke_at(record.number)].add(record);
+    energies_ = {record.tick.energy_returned};
+    for (const ToolRecord& other : record.others) energies_.push_back(other.tick.energy_returned);
   }
 
   void print() const {
     for (std::size_t k = 0; k < strokes_.size(); ++k) {
-      if (strokes_[k].ticks == 0) continue;
+      if (strokes_[k].ticks() == 0) continue;
       std::printf("%s: %lld ticks\n", printable(run_.strokes[k].name).c_str(),
-                  static_cast<long long>(strokes_[k].ticks));
-      print_summary(strokes_[k], run_.scene.obstacles);
+                  static_cast<long long>(strokes_[k].ticks()));
+      print_summary(strokes_[k], run_.scene);
     }
-    std::printf("energy returned to the hand: %.4g\n", energy_);
+    std::printf("energy returned to the hand%s:", energies_.size() > 1 ? "s" : "");
+    for (std::size_t k = 0; k < energies_.size(); ++k) {
+      std::printf("%s %.4g", k > 0 ? "," : "", energies_[k]);
+    }
+    std::printf("\n");
   }
 
  private:
   const HapticRun& run_;
-  std::vector<ToolSummary> strokes_;
-  Scalar energy_ = 0;
+  std::vector<RunSummary> strokes_;
+  std::vector<Scalar> energies_{0};  // by tool
 };
 
 void print_timing(const RunnerReport& report) {
@@ -150,7 +156,11 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
   try {
     const RunnerReport timing = run_session(
         session,
-        [&](std::int64_t tick) { return links.device ? links.device->pose() : run.device(tick); },
+        [&](std::int64_t tick, std::span<DevicePose> devices) {
+          for (std::size_t k = 0; k < devices.size(); ++k) {
+            devices[k] = links.device ? links.device->pose() : run.device(tick, k);
+          }
+        },
         recorded_feeds(run, links),
         [&](const TickRecord& record) {
           report.add(record);
@@ -195,6 +205,9 @@ ExitCode run_tool(const ToolArguments& arguments) {
   io_internal::require_other_than(arguments.recording, {arguments.scene});
   const InterruptGuard interrupt;
   HapticRun run = load_haptic_run(arguments.scene);
+  DYOP_REQUIRE(
+      run.scene.more_tools.empty() || (arguments.device.empty() && arguments.receiver.empty()),
+      "--device and --send serve one tool, the scene has ", 1 + run.scene.more_tools.size());
   run.runner.is_paced = arguments.is_paced || arguments.is_live || !arguments.device.empty();
   if (!arguments.device.empty()) {  // for the report
     const DevicePose pose(run.scene.X_WT);

@@ -9,31 +9,30 @@ namespace dyop::cli {
 namespace {
 
 // A lower bound below the margin is no breach: it may be loose, as that of a tick that was cut off.
-void print_clearance(Scalar least, std::int64_t breaches, const ToolObstacle& obstacle) {
-  const std::string shown = printable(obstacle.name);
+void print_clearance(Scalar least, std::int64_t breaches, Scalar margin, const std::string& to) {
+  const std::string shown = printable(to);
   const char* name = shown.c_str();
   if (breaches > 0) {
-    std::printf("  nearer than the margin %.3g to %s in %lld ticks, never nearer than %.3g\n",
-                obstacle.margin, name, static_cast<long long>(breaches), least);
-  } else if (least < obstacle.margin) {
-    std::printf("  could not decide whether nearer than the margin %.3g to %s; than %.3g: never\n",
-                obstacle.margin, name, least);
-  } else if (obstacle.margin > 0) {
-    std::printf("  never nearer than %.3g to %s (margin %.3g)\n", least, name, obstacle.margin);
+    std::printf("nearer than the margin %.3g to %s in %lld ticks, never nearer than %.3g\n", margin,
+                name, static_cast<long long>(breaches), least);
+  } else if (least < margin) {
+    std::printf("could not decide whether nearer than the margin %.3g to %s; than %.3g: never\n",
+                margin, name, least);
+  } else if (margin > 0) {
+    std::printf("never nearer than %.3g to %s (margin %.3g)\n", least, name, margin);
   } else if (least > 0) {
-    std::printf("  never nearer than %.3g to %s\n", least, name);
+    std::printf("never nearer than %.3g to %s\n", least, name);
   } else {
-    std::printf("  could not decide whether it touched %s\n", name);
+    std::printf("could not decide whether it touched %s\n", name);
   }
 }
 
-}  // namespace
-
-void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obstacles) {
+void print_tool(const ToolSummary& summary, const HapticScene& scene, const char* indent) {
   for (const auto& [status, count] : summary.statuses) {
-    std::printf("  %s: %.1f %%\n", words_of(status), 100.0 * double(count) / double(summary.ticks));
+    std::printf("%s%s: %.1f %%\n", indent, words_of(status),
+                100.0 * double(count) / double(summary.ticks));
   }
-  std::printf("  largest force %.3g", summary.largest_force);
+  std::printf("%slargest force %.3g", indent, summary.largest_force);
   if (summary.tissue_stopped > 0) {
     std::printf(", tissue stopped for %.3g s in all", summary.tissue_stopped);
   }
@@ -42,7 +41,40 @@ void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obs
   }
   std::printf("\n");
   for (std::size_t k = 0; k < summary.least_clearance.size(); ++k) {
-    print_clearance(summary.least_clearance[k], summary.breaches[k], obstacles[k]);
+    const ToolObstacle& obstacle = scene.obstacles[k];
+    std::printf("%s", indent);
+    print_clearance(summary.least_clearance[k], summary.breaches[k], obstacle.margin,
+                    obstacle.name);
+  }
+}
+
+}  // namespace
+
+void RunSummary::add(const TickRecord& record) {
+  tools.resize(1 + record.others.size());
+  tools[0].add(record.tick);
+  tools[0].add_tissue(record.tick);
+  std::vector<ToolClearance> pairs;
+  for (std::size_t k = 0; k < record.others.size(); ++k) {
+    const HapticTick& tick = record.others[k].tick;
+    tools[k + 1].add(tick);
+    const auto end = tick.tool_clearances.begin() + std::ptrdiff_t(k) + 1;
+    pairs.insert(pairs.end(), tick.tool_clearances.begin(), end);
+  }
+  between.add_clearances(pairs);
+}
+
+void print_summary(const RunSummary& summary, const HapticScene& scene) {
+  if (summary.tools.size() == 1) return print_tool(summary.tools[0], scene, "  ");
+  std::size_t pair = 0;
+  for (std::size_t k = 0; k < summary.tools.size(); ++k) {
+    std::printf("  tool %zu\n", k + 1);
+    print_tool(summary.tools[k], scene, "    ");
+    for (std::size_t other = 0; other < k; ++other, ++pair) {
+      std::printf("    ");
+      print_clearance(summary.between.least_clearance[pair], summary.between.breaches[pair],
+                      scene.tool_margin, "tool " + std::to_string(other + 1));
+    }
   }
 }
 

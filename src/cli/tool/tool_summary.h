@@ -28,25 +28,42 @@ struct ToolSummary {
   std::vector<Scalar> least_clearance;  ///< per obstacle, proven
   std::vector<std::int64_t> breaches;   ///< per obstacle: ticks that surely ended inside the margin
 
-  /// A HapticTick or a RecordedTick.
+  /// A HapticTick, a RecordedTick or a RecordedTool.
   template <typename Tick>
   void add(const Tick& tick) {
-    least_clearance.resize(tick.clearances.size(), kInfinity);
-    breaches.resize(tick.clearances.size());
     ++ticks;
     ++statuses[tick.status];
     largest_force = std::max(largest_force, tick.wrench.force_W.norm());
+    add_clearances(tick.clearances);
+  }
+  /// Of a HapticTick or a RecordedTick.
+  template <typename Tick>
+  void add_tissue(const Tick& tick) {
     tissue_stopped += tick.tissue_stopped;
     longest_lag = std::max(longest_lag, tick.tissue_lag);
-    for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
-      least_clearance[k] = std::min(least_clearance[k], tick.clearances[k].lower);
-      breaches[k] += tick.clearances[k].is_breached;
+  }
+  void add_clearances(std::span<const ToolClearance> clearances) {
+    least_clearance.resize(clearances.size(), kInfinity);
+    breaches.resize(clearances.size());
+    for (std::size_t k = 0; k < clearances.size(); ++k) {
+      least_clearance[k] = std::min(least_clearance[k], clearances[k].lower);
+      breaches[k] += clearances[k].is_breached;
     }
   }
 };
 
-/// Prints it, each line indented by two.
-void print_summary(const ToolSummary& summary, std::span<const ToolObstacle> obstacles);
+/// What a number of ticks of all tools was like.
+struct RunSummary {
+  std::vector<ToolSummary> tools;
+  /// Between tools, in place of obstacles: one for each pair, (0, 1), (0, 2), (1, 2) and so on.
+  ToolSummary between;
+
+  std::int64_t ticks() const { return tools.empty() ? 0 : tools[0].ticks; }
+  void add(const TickRecord& record);
+};
+
+/// Prints it, each line indented by two, or by four below the name of each of several tools.
+void print_summary(const RunSummary& summary, const HapticScene& scene);
 void print_latency(const LatencyHistogram& latency);
 
 // What needs HDF5: without it every function throws FileError, which names the package.

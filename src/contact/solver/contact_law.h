@@ -58,10 +58,10 @@ struct Carried {
 
 // What one contact or row requires of the bodies, in coordinates in which every body has unit mass:
 // body velocity = free velocity + S y with S S^T the mobility, relative velocity minus target u =
-// free + G_a y_a + G_b y_b, and y = sum of G^T lambda; carriers add their G y. Rows that a kind does
-// not have are zero.
-// Tangents of an ellipse are scaled so that its cone is round; rolling and torsional rows are
-// scaled by their coefficient (a length), which makes it one and u a length per time.
+// free + G_a y_a + G_b y_b, and y = sum of G^T lambda; carriers add their G y. Rows that a kind
+// does not have are zero. Tangents of an ellipse are scaled so that its cone is round; rolling and
+// torsional rows are scaled by their coefficient (a length), which makes it one and u a length per
+// time.
 struct Block {
   BlockKind kind = BlockKind::Contact;
   int slot_a = -1;  // index into y; negative: immovable

@@ -85,41 +85,55 @@ constexpr std::chrono::microseconds kIdle{500};
 // reads, news are kept for the next tick.
 class NewsBox {
  public:
+  explicit NewsBox(std::size_t tools) : tools_(tools), waiting_(tools, Vector3::Zero()) {}
+
   // For the loop, after each tick.
-  void post(std::size_t obstacle, const TickRecord& record, const HapticTick& tick, Scalar period) {
-    const ObstacleProgress& now = tick.progress[obstacle];
+  void post(std::size_t obstacle, const TickRecord& record, Scalar period) {
+    const ObstacleProgress& now = record.tick.progress[obstacle];
     const Scalar moved = now.fraction - before_.fraction + Scalar(now.snapshot - before_.snapshot);
     before_ = now;
     if (record.dt > 0) {
-      for (const ToolImpulse& impulse : tick.impulses) {
-        if (impulse.obstacle == obstacle) {
-          waiting_ +=
-              std::clamp(moved * period / record.dt, Scalar{0}, Scalar{1}) * impulse.impulse_W;
-        }
+      const Scalar part = std::clamp(moved * period / record.dt, Scalar{0}, Scalar{1});
+      add_impulses(obstacle, part, record.tick, waiting_[0]);
+      for (std::size_t k = 0; k < record.others.size(); ++k) {
+        add_impulses(obstacle, part, record.others[k].tick, waiting_[k + 1]);
       }
     }
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock) return;
-    news_.device = record.device;
-    news_.tick = tick;
-    news_.impulse_W += waiting_;
-    waiting_.setZero();
+    give(record.device, record.tick, 0);
+    for (std::size_t k = 0; k < record.others.size(); ++k) {
+      give(record.others[k].device, record.others[k].tick, k + 1);
+    }
   }
 
   // For the model.
   void take(TissueNews& news) {
     const std::lock_guard lock(mutex_);
-    news.device = news_.device;
-    news.tick = news_.tick;
-    news.impulse_W = news_.impulse_W;
-    news_.impulse_W.setZero();
+    news.tools = tools_;
+    for (ToolNews& tool : tools_) tool.impulse_W.setZero();
   }
 
  private:
+  static void add_impulses(std::size_t obstacle, Scalar part, const HapticTick& tick,
+                           Vector3& sum) {
+    for (const ToolImpulse& impulse : tick.impulses) {
+      if (impulse.obstacle == obstacle) sum += part * impulse.impulse_W;
+    }
+  }
+
+  void give(const DevicePose& device, const HapticTick& tick, std::size_t number) {
+    ToolNews& news = tools_[number];
+    news.device = device;
+    news.tick = tick;
+    news.impulse_W += waiting_[number];
+    waiting_[number].setZero();
+  }
+
   std::mutex mutex_;
-  TissueNews news_;
+  std::vector<ToolNews> tools_;
   ObstacleProgress before_;
-  Vector3 waiting_ = Vector3::Zero();
+  std::vector<Vector3> waiting_;  // impulses
 };
 
 // A feed and the snapshot or mesh it has prepared.
@@ -129,7 +143,7 @@ class Feeder {
       : session_(session),
         feed_(feed),
         vertices_(session.tissue_vertices(feed.obstacle)),
-        box_(std::make_unique<NewsBox>()) {
+        box_(std::make_unique<NewsBox>(session.tool_count())) {
     if (!feed.model) prepare();
   }
 
@@ -148,8 +162,8 @@ class Feeder {
   }
 
   // For the loop.
-  void tell(const TickRecord& record, const HapticTick& tick) {
-    if (feed_.model) box_->post(feed_.obstacle, record, tick, feed_.period);
+  void tell(const TickRecord& record) {
+    if (feed_.model) box_->post(feed_.obstacle, record, feed_.period);
   }
 
  private:
@@ -160,15 +174,23 @@ class Feeder {
     box_->take(news_);
     news_.number = number_;
     news_.contacts.clear();
-    if (news_.tick.status != HapticStatus::NotRun) {
-      news_.progress = news_.tick.progress[feed_.obstacle];
-      session_.find_contacts(feed_.obstacle, news_.progress, news_.tick.tool, feed_.model->search(),
-                             news_.contacts);
+    if (news_.tools[0].tick.status != HapticStatus::NotRun) {
+      news_.progress = news_.tools[0].tick.progress[feed_.obstacle];
+      for (std::size_t k = 0; k < news_.tools.size(); ++k) {
+        find_contacts(k, news_.tools[k].tick.tool);
+      }
     }
     feed_.model->step(news_, vertices_);
     if (feed_.given) feed_.given(vertices_);
     is_ready_ = true;
     return true;
+  }
+
+  void find_contacts(std::size_t tool, const ToolPose& pose) {
+    session_.find_contacts(feed_.obstacle, news_.progress, pose, feed_.model->search(), found_,
+                           tool);
+    news_.contacts.insert(news_.contacts.end(), found_.begin(), found_.end());
+    found_.clear();
   }
 
   void prepare() {
@@ -187,6 +209,7 @@ class Feeder {
   std::int64_t number_ = 1;
   bool is_ready_ = false;
   TissueNews news_;
+  std::vector<ToolContactPoint> found_;
   std::unique_ptr<NewsBox> box_;  // two threads
 };
 
@@ -221,39 +244,47 @@ class Worker {
   std::jthread thread_;
 };
 
+using DeviceSource = std::function<void(std::int64_t tick, std::span<DevicePose> devices)>;
+
 struct Loop {
   HapticSession& session;
   std::vector<Feeder>& feeders;
-  const std::function<DevicePose(std::int64_t)>& device;
+  const DeviceSource& source;
   const RunnerOptions& options;
   RunnerReport& report;
+  std::vector<DevicePose> devices = std::vector<DevicePose>(session.tool_count());
 
-  void tick(std::int64_t number, TickRecord& record) const {
-    record.number = number;
-    record.device = device(number);
-    record.dt = options.period;
+  void tick(std::int64_t number, TickRecord& record) {
+    source(number, devices);
     HapticSession::Deadline deadline;
     if (options.deadline) deadline = Clock::now() + *options.deadline;
-    session.update(record.device, record.dt, deadline);
-    report.latency.add(session.last().latency);
+    const auto ticks = session.update(devices, options.period, deadline);
+    record.number = number;
+    record.dt = options.period;
+    record.device = devices[0];
+    record.tick = ticks[0];
+    record.others.resize(devices.size() - 1);
+    for (std::size_t k = 0; k < record.others.size(); ++k) {
+      record.others[k].device = devices[k + 1];
+      record.others[k].tick = ticks[k + 1];
+    }
+    report.latency.add(record.tick.latency);
     ++report.ticks;
-    for (Feeder& feeder : feeders) feeder.tell(record, session.last());
+    for (Feeder& feeder : feeders) feeder.tell(record);
   }
 };
 
-void run_unpaced(const Loop& loop, const std::function<void(const TickRecord&)>& sink,
+void run_unpaced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
                  const std::stop_token& stop) {
   TickRecord record;
   for (std::int64_t k = 0; k < loop.options.ticks && !stop.stop_requested(); ++k) {
     for (Feeder& feeder : loop.feeders) feeder.offer();
     loop.tick(k, record);
-    if (!sink) continue;
-    record.tick = loop.session.last();
-    sink(record);
+    if (sink) sink(record);
   }
 }
 
-void run_paced(const Loop& loop, const std::function<void(const TickRecord&)>& sink,
+void run_paced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
                const std::stop_token& stop) {
   haptics_internal::RecordRing ring(kWaitingTicks);
   Worker tissue([&] {
@@ -280,7 +311,6 @@ void run_paced(const Loop& loop, const std::function<void(const TickRecord&)>& s
     TickRecord* place = ring.free_place();
     loop.tick(k, place ? *place : unlogged);
     if (place) {
-      place->tick = loop.session.last();
       ring.push();
     } else {
       ++loop.report.unlogged;
@@ -297,12 +327,25 @@ RunnerReport run_session(HapticSession& session,
                          const std::vector<TissueFeed>& tissue,
                          const std::function<void(const TickRecord&)>& sink,
                          const RunnerOptions& options, const std::stop_token& stop) {
+  return run_session(
+      session,
+      [&](std::int64_t tick, std::span<DevicePose> devices) {
+        DYOP_REQUIRE(devices.size() == 1, "run_session: one device for ", devices.size(), " tools");
+        devices[0] = device(tick);
+      },
+      tissue, sink, options, stop);
+}
+
+RunnerReport run_session(HapticSession& session, const DeviceSource& devices,
+                         const std::vector<TissueFeed>& tissue,
+                         const std::function<void(const TickRecord&)>& sink,
+                         const RunnerOptions& options, const std::stop_token& stop) {
   DYOP_REQUIRE(options.period > 0 && options.period < kInfinity,
                "run_session: period must be finite and > 0, not ", options.period);
   std::vector<Feeder> feeders;
   for (const TissueFeed& feed : tissue) feeders.emplace_back(session, feed);
   RunnerReport report;
-  const Loop loop{session, feeders, device, options, report};
+  Loop loop{session, feeders, devices, options, report};
   if (options.is_paced) {
     run_paced(loop, sink, stop);
   } else {

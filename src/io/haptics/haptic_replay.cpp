@@ -58,10 +58,12 @@ HapticReplay replay_haptic_recording(
         session.give_snapshot(k, snapshot.vertices, snapshot.duration);
       }
     }
-    const HapticTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
+    std::vector<DevicePose> devices{recorded.device};
+    for (const RecordedTool& other : recorded.others) devices.push_back(other.device);
+    const auto ticks = session.replay(devices, recorded.dt, recorded.cutoff);
     ++replay.ticks;
-    if (on_tick) on_tick(recorded, tick);
-    if (tick_digest(tick) == recorded.digest) return;
+    if (on_tick) on_tick(recorded, ticks.front());
+    if (tick_digest(ticks) == recorded.digest) return;
     ++replay.differing;
     if (!replay.first_difference) replay.first_difference = recorded.number;
   });

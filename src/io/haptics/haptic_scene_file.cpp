@@ -74,14 +74,14 @@ AnatomyMesh read_mesh(const JsonNode& node) {
   node.fail("expected one of mesh, liver, vessel, wall, shaft, jaw");
 }
 
-void read_tool(const JsonNode& node, HapticScene& scene) {
-  node.require_object({"parts", "hinges", "position", "rotation", "trocar"});
-  scene.X_WT = read_pose(node);
+HapticTool read_tool(const JsonNode& node) {
+  HapticTool tool;
+  tool.X_WT = read_pose(node);
   if (node.has("hinges")) {
     for (const JsonNode& item : node.at("hinges").items()) {
       item.require_object({"position", "rotation", "angle", "stiffness"});
       const Scalar angle = item.has("angle") ? item.at("angle").number() : 0;
-      scene.hinges.push_back({read_pose(item), angle, item.at("stiffness").positive_number()});
+      tool.hinges.push_back({read_pose(item), angle, item.at("stiffness").positive_number()});
     }
   }
   for (const JsonNode& item : node.at("parts").items(1)) {
@@ -92,16 +92,53 @@ void read_tool(const JsonNode& node, HapticScene& scene) {
         [&] { return std::make_shared<const TriangleMesh>(mesh.vertices, mesh.triangles); });
     part.X_TP = read_pose(item);
     if (item.has("hinge")) part.hinge = std::size_t(item.at("hinge").positive_integer() - 1);
-    scene.tool.push_back(std::move(part));
+    tool.parts.push_back(std::move(part));
   }
-  if (!node.has("trocar")) return;
+  if (!node.has("trocar")) return tool;
   const JsonNode trocar = node.at("trocar");
   trocar.require_object({"position", "point", "axis"});
-  scene.trocar.emplace();
-  scene.trocar->p_W = trocar.at("position").vector3();
-  if (trocar.has("point")) scene.trocar->p_T = trocar.at("point").vector3();
-  if (trocar.has("axis")) scene.trocar->axis_T = trocar.at("axis").vector3();
-  if (!(scene.trocar->axis_T.norm() > 0)) trocar.at("axis").fail("must not be zero");
+  tool.trocar.emplace();
+  tool.trocar->p_W = trocar.at("position").vector3();
+  if (trocar.has("point")) tool.trocar->p_T = trocar.at("point").vector3();
+  if (trocar.has("axis")) tool.trocar->axis_T = trocar.at("axis").vector3();
+  if (!(tool.trocar->axis_T.norm() > 0)) trocar.at("axis").fail("must not be zero");
+  return tool;
+}
+
+CouplingOptions read_coupling(const JsonNode& node, Scalar period) {
+  node.require_object({"stiffness", "damping", "rotational_stiffness", "rotational_damping",
+                       "largest_force", "largest_torque", "device_damping",
+                       "device_rotational_damping"});
+  CouplingOptions springs;
+  springs.stiffness.setConstant(node.at("stiffness").positive_number());
+  springs.damping.setConstant(number_or(node, "damping", 0));
+  springs.rotational_stiffness.setConstant(node.at("rotational_stiffness").positive_number());
+  springs.rotational_damping.setConstant(number_or(node, "rotational_damping", 0));
+  springs.largest_force = number_or(node, "largest_force", kInfinity);
+  springs.largest_torque = number_or(node, "largest_torque", kInfinity);
+  springs.device_damping = number_or(node, "device_damping", 0);
+  springs.device_rotational_damping = number_or(node, "device_rotational_damping", 0);
+  springs.period = period;
+  return springs;
+}
+
+void read_tools(const JsonNode& root, const HapticRun& run, HapticScene& scene) {
+  const JsonNode first = root.at("tool");
+  first.require_object({"parts", "hinges", "position", "rotation", "trocar"});
+  HapticTool tool = read_tool(first);
+  scene.tool = std::move(tool.parts);
+  scene.hinges = std::move(tool.hinges);
+  scene.X_WT = tool.X_WT;
+  scene.trocar = tool.trocar;
+  scene.tool_margin = number_or(root, "tool_margin", 0);
+  scene.tool_friction = number_or(root, "tool_friction", 0);
+  if (!root.has("more_tools")) return;
+  for (const JsonNode& item : root.at("more_tools").items()) {
+    item.require_object({"parts", "hinges", "position", "rotation", "trocar", "coupling"});
+    scene.more_tools.push_back(read_tool(item));
+    if (!item.has("coupling")) continue;
+    scene.more_tools.back().coupling = read_coupling(item.at("coupling"), run.runner.period);
+  }
 }
 
 void read_mapping(const JsonNode& node, DeviceMappingOptions& mapping) {
@@ -163,6 +200,9 @@ TissueFeed read_elastic(const JsonNode& node, const HapticRun& run) {
   const ToolObstacle& obstacle = run.scene.obstacles.back();
   ModelledObstacle modelled{run.options.coupling, run.scene.hinges,
                             obstacle.margin + run.options.rest_offset, obstacle.friction};
+  for (const HapticTool& tool : run.scene.more_tools) {
+    modelled.more_tools.push_back({tool.coupling.value_or(run.options.coupling), tool.hinges});
+  }
   TissueFeed feed;
   feed.obstacle = run.scene.obstacles.size() - 1;
   feed.period = options.period;
@@ -181,21 +221,8 @@ void read_options(const JsonNode& root, HapticRun& run) {
   if (root.has("device_speed")) {
     options.largest_device_speed = root.at("device_speed").positive_number();
   }
-  const JsonNode coupling = root.at("coupling");
-  coupling.require_object({"stiffness", "damping", "rotational_stiffness", "rotational_damping",
-                           "largest_force", "largest_torque", "device_damping",
-                           "device_rotational_damping"});
-  CouplingOptions& springs = options.coupling;
-  springs.stiffness.setConstant(coupling.at("stiffness").positive_number());
-  springs.damping.setConstant(number_or(coupling, "damping", 0));
-  springs.rotational_stiffness.setConstant(coupling.at("rotational_stiffness").positive_number());
-  springs.rotational_damping.setConstant(number_or(coupling, "rotational_damping", 0));
-  springs.largest_force = number_or(coupling, "largest_force", kInfinity);
-  springs.largest_torque = number_or(coupling, "largest_torque", kInfinity);
-  springs.device_damping = number_or(coupling, "device_damping", 0);
-  springs.device_rotational_damping = number_or(coupling, "device_rotational_damping", 0);
   run.runner.period = 1 / root.at("rate").positive_number();
-  springs.period = run.runner.period;
+  options.coupling = read_coupling(root.at("coupling"), run.runner.period);
   if (root.has("deadline")) {
     constexpr Scalar kNanosecondsPerSecond = 1e9;
     run.runner.deadline = std::chrono::nanoseconds(
@@ -203,10 +230,9 @@ void read_options(const JsonNode& root, HapticRun& run) {
   }
 }
 
-ToolStroke read_stroke(const JsonNode& node, std::size_t hinge_count) {
-  node.require_object({"name", "path"});
-  ToolStroke stroke{node.at("name").text(), {}};
-  for (const JsonNode& item : node.at("path").items(2)) {
+std::vector<DevicePoint> read_path(const JsonNode& node, std::size_t hinge_count) {
+  std::vector<DevicePoint> points;
+  for (const JsonNode& item : node.items(2)) {
     item.require_object({"t", "position", "rotation", "angles"});
     DevicePoint point{item.at("t").non_negative_number(), DevicePose(read_pose(item))};
     const std::vector<JsonNode> angles =
@@ -215,11 +241,26 @@ ToolStroke read_stroke(const JsonNode& node, std::size_t hinge_count) {
       item.fail("expected as many angles as hinges, " + std::to_string(hinge_count));
     }
     for (std::size_t k = 0; k < angles.size(); ++k) point.pose.angles[k] = angles[k].number();
-    const bool is_first = stroke.points.empty();
-    if (is_first ? point.t != 0 : !(point.t > stroke.points.back().t)) {
+    const bool is_first = points.empty();
+    if (is_first ? point.t != 0 : !(point.t > points.back().t)) {
       item.fail("times must ascend from 0");
     }
-    stroke.points.push_back(point);
+    points.push_back(point);
+  }
+  return points;
+}
+
+ToolStroke read_stroke(const JsonNode& node, const HapticScene& scene) {
+  node.require_object({"name", "path", "more_paths"});
+  ToolStroke stroke{node.at("name").text(), read_path(node.at("path"), scene.hinges.size())};
+  const std::vector<JsonNode> more =
+      node.has("more_paths") ? node.at("more_paths").items() : std::vector<JsonNode>{};
+  if (more.size() != scene.more_tools.size()) {
+    node.fail("expected as many more_paths as more_tools, " +
+              std::to_string(scene.more_tools.size()));
+  }
+  for (std::size_t k = 0; k < more.size(); ++k) {
+    stroke.more_points.push_back(read_path(more[k], scene.more_tools[k].hinges.size()));
   }
   return stroke;
 }
@@ -247,9 +288,10 @@ std::size_t HapticRun::stroke_at(std::int64_t tick) const {
   return place_of(strokes, Scalar(tick) * runner.period).stroke;
 }
 
-DevicePose HapticRun::device(std::int64_t tick) const {
+DevicePose HapticRun::device(std::int64_t tick, std::size_t tool) const {
   const auto [number, t] = place_of(strokes, Scalar(tick) * runner.period);
-  const std::vector<DevicePoint>& points = strokes[number].points;
+  const std::vector<DevicePoint>& points =
+      tool == 0 ? strokes[number].points : strokes[number].more_points.at(tool - 1);
   std::size_t next = 1;
   while (next + 1 < points.size() && points[next].t < t) ++next;
   const DevicePoint& from = points[next - 1];
@@ -267,15 +309,15 @@ DevicePose HapticRun::device(std::int64_t tick) const {
 HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string& text) {
   const Json json = io_internal::parse_json(file, text);
   const JsonNode root(file, json);
-  root.require_object({"title", "tool", "obstacles", "coupling", "rest_offset", "recovery_speed",
-                       "max_work", "device_speed", "device", "rate", "deadline", "duration",
-                       "strokes"});
+  root.require_object({"title", "tool", "more_tools", "tool_margin", "tool_friction", "obstacles",
+                       "coupling", "rest_offset", "recovery_speed", "max_work", "device_speed",
+                       "device", "rate", "deadline", "duration", "strokes"});
   HapticRun run;
   run.text = text;
   if (root.has("title")) run.title = root.at("title").text();
   read_options(root, run);
   if (root.has("device")) read_mapping(root.at("device"), run.mapping.emplace());
-  read_tool(root.at("tool"), run.scene);
+  read_tools(root, run, run.scene);
   for (const JsonNode& item : root.at("obstacles").items()) {
     run.scene.obstacles.push_back(read_obstacle(item));
     if (item.has("elastic")) run.tissue.push_back(read_elastic(item.at("elastic"), run));
@@ -286,7 +328,7 @@ HapticRun parse_haptic_run(const std::filesystem::path& file, const std::string&
                                                      obstacle.vertices, obstacle.triangles));
   }
   for (const JsonNode& item : root.at("strokes").items(1)) {
-    run.strokes.push_back(read_stroke(item, run.scene.hinges.size()));
+    run.strokes.push_back(read_stroke(item, run.scene));
   }
   const Scalar duration = root.at("duration").positive_number();
   run.runner.ticks = std::llround(duration / run.runner.period);

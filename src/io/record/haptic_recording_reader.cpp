@@ -56,7 +56,6 @@ struct HapticRecordingReader::Impl {
   Hdf5File file;
   HapticRunHeader header;
   io_internal::StoredSession session;
-  std::vector<Scalar> margins;
   std::optional<io_internal::Hdf5Dataset> ticks;
   template <typename Row>
   using RowsByNumber = std::map<std::pair<std::size_t, std::int64_t>, Row>;
@@ -66,10 +65,7 @@ struct HapticRecordingReader::Impl {
   std::optional<InputRows<std::array<std::int32_t, 3>>> snapshot_triangles;
   std::optional<HapticRunEnd> end;
 
-  TickRow row() const {
-    return {session.scene.hinges.size(), session.scene.obstacles.size(),
-            file.integer_attribute("version")};
-  }
+  TickRow row() const { return TickRow({session.scene, file.integer_attribute("version")}); }
   std::vector<RecordedTick> ticks_as_stored(std::int64_t first, std::int64_t count) const;
 };
 
@@ -88,7 +84,6 @@ void HapticRecordingReader::Impl::read_session() {
     shapes.push_back(io_internal::shape_from(line, rows, shapes));
   }
   session = io_internal::session_from(Json::parse(text("session")), shapes);
-  for (const ToolObstacle& obstacle : session.scene.obstacles) margins.push_back(obstacle.margin);
 }
 
 // Before the snapshots, which the writer flushes first.
@@ -137,7 +132,7 @@ std::vector<RecordedTick> HapticRecordingReader::Impl::ticks_as_stored(std::int6
   for (std::size_t k = 0; k < std::size_t(count); ++k) {
     stored.read_from(bytes.data() + k * size);
     result.push_back(io_internal::guard_content(
-        file.path(), [&] { return io_internal::tick_from(stored, margins); }));
+        file.path(), [&] { return io_internal::tick_from(stored, session.scene); }));
   }
   return result;
 }

@@ -60,7 +60,7 @@ struct HapticRecordingWriter::Impl {
       : file(io_internal::Hdf5File::create(path)),
         queues(queues_of(scene, tissue)),
         seen(scene.obstacles.size()),
-        row(scene.hinges.size(), scene.obstacles.size()),
+        row({scene, io_internal::version_of(scene)}),
         flush_ticks(period > 0 ? std::int64_t(std::max(1.0, std::round(kFlushPeriod / period)))
                                : kUsualFlush) {}
 
@@ -102,7 +102,7 @@ struct HapticRecordingWriter::Impl {
 void HapticRecordingWriter::Impl::start(const HapticRunHeader& header,
                                         const io_internal::SessionText& session) {
   file.write_attribute("format", std::string(io_internal::kToolRecordingFormat));
-  file.write_attribute("version", io_internal::kToolRecordingVersion);
+  file.write_attribute("version", row.shape().version);
   const Json json{{"title", header.title}, {"period", header.period}, {"version", DYOP_VERSION}};
   file.write_attribute("header", json.dump());
   session_rows.add_all(session.json);

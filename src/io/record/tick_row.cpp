@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -77,14 +79,40 @@ void put_clearances(const HapticTick& tick, TickRow& row) {
 
 }  // namespace
 
-TickRow::TickRow(std::size_t hinge_count, std::size_t obstacle_count, std::int64_t version)
-    : device_angles(hinge_count),
-      new_snapshots(obstacle_count),
-      tool_angles(hinge_count),
-      tissue_stopped(version >= 3 ? 1 : 0),
-      lower(obstacle_count),
-      upper(obstacle_count),
-      time_to_breach(obstacle_count) {}
+TickShape::TickShape(const HapticScene& scene, std::int64_t file_version)
+    : version(file_version), hinges(scene.hinges.size()), obstacles(scene.obstacles.size()) {
+  for (const HapticTool& tool : scene.more_tools) other_hinges.push_back(tool.hinges.size());
+}
+
+TickRow::TickRow(TickShape shape)
+    : device_angles(shape.hinges),
+      new_snapshots(shape.obstacles),
+      tool_angles(shape.hinges),
+      tissue_stopped(shape.version >= 3 ? 1 : 0),
+      lower(shape.obstacles),
+      upper(shape.obstacles),
+      time_to_breach(shape.obstacles),
+      shape_(std::move(shape)) {
+  const std::size_t others = shape_.other_hinges.size();
+  const auto angles =
+      std::accumulate(shape_.other_hinges.begin(), shape_.other_hinges.end(), std::size_t{0});
+  other_status.resize(others);
+  other_device_p.resize(3 * others);
+  other_device_q.resize(4 * others);
+  other_device_angles.resize(angles);
+  other_tool_p.resize(3 * others);
+  other_tool_q.resize(4 * others);
+  other_tool_angles.resize(angles);
+  other_force.resize(3 * others);
+  other_torque.resize(3 * others);
+  other_energy_returned.resize(others);
+  other_lower.resize(others * shape_.obstacles);
+  other_upper.resize(others * shape_.obstacles);
+  tools_lower.resize(others * (others + 1) / 2);
+  tools_upper.resize(tools_lower.size());
+  tools_p_second.resize(3 * tools_lower.size());
+  tools_p_first.resize(3 * tools_lower.size());
+}
 
 // The name in the file is the name of the member.
 template <typename Row, typename Visit>
@@ -120,6 +148,22 @@ void TickRow::for_each(Row& row, Visit visit) {
   visit("distance_queries", numbers_of(row.distance_queries));
   visit("solves", numbers_of(row.solves));
   visit("pieces", numbers_of(row.pieces));
+  visit("other_status", numbers_of(row.other_status));
+  visit("other_device_p", numbers_of(row.other_device_p));
+  visit("other_device_q", numbers_of(row.other_device_q));
+  visit("other_device_angles", numbers_of(row.other_device_angles));
+  visit("other_tool_p", numbers_of(row.other_tool_p));
+  visit("other_tool_q", numbers_of(row.other_tool_q));
+  visit("other_tool_angles", numbers_of(row.other_tool_angles));
+  visit("other_force", numbers_of(row.other_force));
+  visit("other_torque", numbers_of(row.other_torque));
+  visit("other_energy_returned", numbers_of(row.other_energy_returned));
+  visit("other_lower", numbers_of(row.other_lower));
+  visit("other_upper", numbers_of(row.other_upper));
+  visit("tools_lower", numbers_of(row.tools_lower));
+  visit("tools_upper", numbers_of(row.tools_upper));
+  visit("tools_p_second", numbers_of(row.tools_p_second));
+  visit("tools_p_first", numbers_of(row.tools_p_first));
   visit("digest", numbers_of(row.digest));
 }
 
@@ -160,9 +204,114 @@ void TickRow::read_from(const char* bytes) {
   });
 }
 
+namespace {
+
+// The numbers of one of several, each with so many.
+template <typename Number>
+std::span<Number> part_of(std::vector<Number>& all, std::size_t count, std::size_t number) {
+  return std::span(all).subspan(count * number, count);
+}
+template <typename Number>
+std::span<const Number> part_of(const std::vector<Number>& all, std::size_t count,
+                                std::size_t number) {
+  return std::span(all).subspan(count * number, count);
+}
+
+template <typename To, typename From>
+void copy_into(std::span<To> to, const From& from) {
+  for (std::size_t k = 0; k < to.size(); ++k) to[k] = To(from[Eigen::Index(k)]);
+}
+
+Vector3 vector_of(const auto& numbers) {
+  return {Scalar(numbers[0]), Scalar(numbers[1]), Scalar(numbers[2])};
+}
+
+Quaternion quaternion_of(const auto& numbers) {
+  return {Scalar(numbers[3]), Scalar(numbers[0]), Scalar(numbers[1]), Scalar(numbers[2])};
+}
+
+void put_other(const ToolRecord& record, std::size_t number, std::size_t first_angle,
+               TickRow& row) {
+  const HapticTick& tick = record.tick;
+  row.other_status[number] = std::uint8_t(tick.status);
+  copy_into(part_of(row.other_device_p, 3, number), record.device.p_WD);
+  copy_into(part_of(row.other_device_q, 4, number), record.device.q_WD.coeffs());
+  copy_into(part_of(row.other_tool_p, 3, number), tick.tool.X_WT.translation());
+  copy_into(part_of(row.other_tool_q, 4, number), tick.tool.X_WT.quaternion().coeffs());
+  for (std::size_t k = 0; k < row.shape().other_hinges[number]; ++k) {
+    row.other_device_angles[first_angle + k] = record.device.angles[k];
+    row.other_tool_angles[first_angle + k] = float(tick.tool.angles[k]);
+  }
+  copy_into(part_of(row.other_force, 3, number), tick.wrench.force_W);
+  copy_into(part_of(row.other_torque, 3, number), tick.wrench.torque_W);
+  row.other_energy_returned[number] = float(tick.energy_returned);
+  const std::size_t first = number * row.shape().obstacles;
+  for (std::size_t k = 0; k < tick.clearances.size(); ++k) {
+    row.other_lower[first + k] = float_below(tick.clearances[k].lower);
+    row.other_upper[first + k] = float_above(tick.clearances[k].upper);
+  }
+}
+
+void put_others(const TickRecord& record, TickRow& row) {
+  DYOP_REQUIRE(record.others.size() == row.shape().other_hinges.size(), "a tick has ",
+               record.others.size(), " further tools, the recording ",
+               row.shape().other_hinges.size());
+  std::size_t angle = 0, pair = 0;
+  for (std::size_t k = 0; k < record.others.size(); ++k) {
+    put_other(record.others[k], k, angle, row);
+    angle += row.shape().other_hinges[k];
+    const auto& clearances = record.others[k].tick.tool_clearances;
+    for (std::size_t tool = 0; tool <= k; ++tool, ++pair) {
+      row.tools_lower[pair] = float_below(clearances[tool].lower);
+      row.tools_upper[pair] = float_above(clearances[tool].upper);
+      copy_into(part_of(row.tools_p_second, 3, pair), clearances[tool].p_WT);
+      copy_into(part_of(row.tools_p_first, 3, pair), clearances[tool].p_WO);
+    }
+  }
+}
+
+ToolClearance clearance_of(float lower, float upper, Scalar margin) {
+  ToolClearance clearance;
+  clearance.lower = Scalar(lower);
+  clearance.upper = Scalar(upper);
+  clearance.is_breached = clearance.upper < margin;
+  return clearance;
+}
+
+HapticStatus status_from(std::uint8_t number, std::uint32_t tick) {
+  DYOP_REQUIRE(number <= std::uint8_t(HapticStatus::Outlier), "tick ", tick,
+               " has the unknown status ", int(number));
+  return HapticStatus(number);
+}
+
+RecordedTool other_from(const TickRow& row, std::size_t number, std::size_t first_angle,
+                        std::span<const Scalar> margins) {
+  RecordedTool other;
+  other.status = status_from(row.other_status[number], row.number);
+  other.device.p_WD = vector_of(part_of(row.other_device_p, 3, number));
+  other.device.q_WD = quaternion_of(part_of(row.other_device_q, 4, number));
+  other.tool.X_WT = RigidPose(quaternion_of(part_of(row.other_tool_q, 4, number)).normalized(),
+                              vector_of(part_of(row.other_tool_p, 3, number)));
+  for (std::size_t k = 0; k < row.shape().other_hinges[number]; ++k) {
+    other.device.angles[k] = row.other_device_angles[first_angle + k];
+    other.tool.angles[k] = Scalar(row.other_tool_angles[first_angle + k]);
+  }
+  other.wrench = {vector_of(part_of(row.other_force, 3, number)),
+                  vector_of(part_of(row.other_torque, 3, number))};
+  other.energy_returned = Scalar(row.other_energy_returned[number]);
+  const std::size_t first = number * row.shape().obstacles;
+  for (std::size_t k = 0; k < row.shape().obstacles; ++k) {
+    other.clearances.push_back(
+        clearance_of(row.other_lower[first + k], row.other_upper[first + k], margins[k]));
+  }
+  return other;
+}
+
+}  // namespace
+
 void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row) {
   const HapticTick& tick = record.tick;
-  row = TickRow(row.device_angles.size(), row.lower.size());
+  row = TickRow(row.shape());
   row.number = exactly<std::uint32_t>(record.number, "the number of a tick");
   row.status = std::uint8_t(tick.status);
   row.contacts = at_most<std::uint8_t>(std::int64_t(tick.contacts.size()));
@@ -196,15 +345,19 @@ void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow
   row.distance_queries = at_most<std::uint16_t>(tick.statistics.distance_queries);
   row.solves = at_most<std::uint16_t>(tick.statistics.solves);
   row.pieces = at_most<std::uint16_t>(tick.statistics.pieces);
+  put_others(record, row);
   row.digest = tick_digest(tick);
+  for (const ToolRecord& other : record.others) {
+    row.digest = joined_digest(row.digest, tick_digest(other.tick));
+  }
 }
 
-RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
-  DYOP_REQUIRE(row.status <= std::uint8_t(HapticStatus::Outlier), "tick ", row.number,
-               " has the unknown status ", int(row.status));
+RecordedTick tick_from(const TickRow& row, const HapticScene& scene) {
+  std::vector<Scalar> margins;
+  for (const ToolObstacle& obstacle : scene.obstacles) margins.push_back(obstacle.margin);
   RecordedTick tick;
   tick.number = row.number;
-  tick.status = HapticStatus(row.status);
+  tick.status = status_from(row.status, row.number);
   tick.contacts = row.contacts;
   tick.dt = row.dt;
   tick.device.p_WD = as_vector(row.device_p);
@@ -238,6 +391,17 @@ RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins) {
   tick.latency = std::chrono::nanoseconds(row.latency_ns);
   tick.statistics = {row.impact_queries, row.distance_queries, row.node_pairs,
                      row.checkpoints,    row.solves,           row.pieces};
+  std::size_t angle = 0;
+  for (std::size_t k = 0; k < row.other_status.size(); ++k) {
+    tick.others.push_back(other_from(row, k, angle, margins));
+    angle += row.shape().other_hinges[k];
+  }
+  for (std::size_t k = 0; k < row.tools_lower.size(); ++k) {
+    tick.tool_clearances.push_back(
+        clearance_of(row.tools_lower[k], row.tools_upper[k], scene.tool_margin));
+    tick.tool_clearances.back().p_WT = vector_of(part_of(row.tools_p_second, 3, k));
+    tick.tool_clearances.back().p_WO = vector_of(part_of(row.tools_p_first, 3, k));
+  }
   tick.digest = row.digest;
   return tick;
 }
@@ -273,6 +437,14 @@ class Digest {
 
 }  // namespace
 
+std::uint64_t tick_digest(std::span<const HapticTick> ticks) {
+  std::uint64_t digest = tick_digest(ticks.front());
+  for (const HapticTick& tick : ticks.subspan(1)) {
+    digest = io_internal::joined_digest(digest, tick_digest(tick));
+  }
+  return digest;
+}
+
 std::uint64_t tick_digest(const HapticTick& tick) {
   Digest digest;
   digest.add(std::int64_t(tick.status));
@@ -291,13 +463,19 @@ std::uint64_t tick_digest(const HapticTick& tick) {
     digest.add(contact.gap);
     digest.add(contact.force_W);
   }
-  for (const ToolClearance& clearance : tick.clearances) {
-    digest.add(clearance.lower);
-    digest.add(clearance.upper);
-    digest.add(clearance.p_WT);
-    digest.add(clearance.p_WO);
-    digest.add(std::int64_t(clearance.is_breached));
-    digest.add(clearance.time_to_breach);
+  for (const ToolContactPoint& contact : tick.tool_contacts) {
+    digest.add(contact.p_W);
+    digest.add(contact.force_W);
+  }
+  for (const auto* clearances : {&tick.clearances, &tick.tool_clearances}) {
+    for (const ToolClearance& clearance : *clearances) {
+      digest.add(clearance.lower);
+      digest.add(clearance.upper);
+      digest.add(clearance.p_WT);
+      digest.add(clearance.p_WO);
+      digest.add(std::int64_t(clearance.is_breached));
+      digest.add(clearance.time_to_breach);
+    }
   }
   digest.add(tick.energy_returned);
   digest.add(tick.tissue_lag);
@@ -333,8 +511,7 @@ Vector3 axes_from(const Json& json) {
   return {json.at(0).get<Scalar>(), json.at(1).get<Scalar>(), json.at(2).get<Scalar>()};
 }
 
-Json options_json(const HapticOptions& options) {
-  const CouplingOptions& springs = options.coupling;
+Json springs_json(const CouplingOptions& springs) {
   return {{"stiffness", axes_json(springs.stiffness)},
           {"damping", axes_json(springs.damping)},
           {"rotational_stiffness", axes_json(springs.rotational_stiffness)},
@@ -344,21 +521,25 @@ Json options_json(const HapticOptions& options) {
           {"device_damping", springs.device_damping},
           {"device_rotational_damping", springs.device_rotational_damping},
           {"period", springs.period},
-          {"bounds_energy", springs.bounds_energy},
-          {"rest_offset", options.rest_offset},
-          {"recovery_speed", options.recovery_speed},
-          {"max_rounds", options.max_rounds},
-          {"max_attempts", options.max_attempts},
-          {"max_contacts", options.max_contacts},
-          {"clearance_tolerance", options.clearance_tolerance},
-          {"clearance_work", options.clearance_work},
-          {"max_work", options.max_work},
-          {"largest_device_speed", limit_json(options.largest_device_speed)}};
+          {"bounds_energy", springs.bounds_energy}};
 }
 
-HapticOptions options_from(const Json& json) {
-  HapticOptions options;
-  CouplingOptions& springs = options.coupling;
+Json options_json(const HapticOptions& options) {
+  Json json = springs_json(options.coupling);
+  json["rest_offset"] = options.rest_offset;
+  json["recovery_speed"] = options.recovery_speed;
+  json["max_rounds"] = options.max_rounds;
+  json["max_attempts"] = options.max_attempts;
+  json["max_contacts"] = options.max_contacts;
+  json["clearance_tolerance"] = options.clearance_tolerance;
+  json["clearance_work"] = options.clearance_work;
+  json["max_work"] = options.max_work;
+  json["largest_device_speed"] = limit_json(options.largest_device_speed);
+  return json;
+}
+
+CouplingOptions springs_from(const Json& json) {
+  CouplingOptions springs;
   springs.stiffness = axes_from(json.at("stiffness"));
   springs.damping = axes_from(json.at("damping"));
   springs.rotational_stiffness = axes_from(json.at("rotational_stiffness"));
@@ -369,6 +550,12 @@ HapticOptions options_from(const Json& json) {
   springs.device_rotational_damping = json.at("device_rotational_damping").get<Scalar>();
   springs.period = json.at("period").get<Scalar>();
   springs.bounds_energy = json.at("bounds_energy").get<bool>();
+  return springs;
+}
+
+HapticOptions options_from(const Json& json) {
+  HapticOptions options;
+  options.coupling = springs_from(json);
   options.rest_offset = json.at("rest_offset").get<Scalar>();
   options.recovery_speed = json.at("recovery_speed").get<Scalar>();
   options.max_rounds = json.at("max_rounds").get<int>();
@@ -424,27 +611,67 @@ ToolObstacle obstacle_from(const Json& json, std::span<const std::shared_ptr<con
   return obstacle;
 }
 
+Json tool_json(const HapticTool& tool, ShapeWriter& shapes, SessionText& text) {
+  Json json{{"X_WT", pose_numbers(tool.X_WT)}, {"parts", Json::array()}, {"hinges", Json::array()}};
+  for (const ToolPart& part : tool.parts) {
+    const std::size_t shape = shapes.add(part.shape, text.shapes, text.rows);
+    json["parts"].push_back({{"shape", shape},
+                             {"X_TP", pose_numbers(part.X_TP)},
+                             {"hinge", part.hinge ? Json(*part.hinge) : Json(nullptr)}});
+  }
+  for (const ToolHinge& hinge : tool.hinges) {
+    json["hinges"].push_back({{"X_TJ", pose_numbers(hinge.X_TJ)},
+                              {"angle", hinge.angle},
+                              {"stiffness", hinge.stiffness}});
+  }
+  if (tool.trocar) {
+    json["trocar"] = {{"p_W", axes_json(tool.trocar->p_W)},
+                      {"p_T", axes_json(tool.trocar->p_T)},
+                      {"axis_T", axes_json(tool.trocar->axis_T)}};
+  }
+  if (tool.coupling) json["coupling"] = springs_json(*tool.coupling);
+  return json;
+}
+
+HapticTool tool_from(const Json& json, std::span<const std::shared_ptr<const Shape>> shapes) {
+  HapticTool tool;
+  tool.X_WT = pose_from_numbers(json.at("X_WT"));
+  for (const Json& item : json.at("parts")) {
+    const auto number = item.at("shape").get<std::size_t>();
+    DYOP_REQUIRE(number < shapes.size(), "a part has the shape ", number, ", which is missing");
+    ToolPart part{shapes[number], pose_from_numbers(item.at("X_TP"))};
+    if (!item.at("hinge").is_null()) part.hinge = item.at("hinge").get<std::size_t>();
+    tool.parts.push_back(std::move(part));
+  }
+  for (const Json& item : json.at("hinges")) {
+    tool.hinges.push_back({pose_from_numbers(item.at("X_TJ")), item.at("angle").get<Scalar>(),
+                           item.at("stiffness").get<Scalar>()});
+  }
+  DYOP_REQUIRE(tool.hinges.size() <= kMostHinges, "a tool has ", tool.hinges.size(), " hinges");
+  if (json.contains("trocar")) {
+    const Json& trocar = json.at("trocar");
+    tool.trocar = {axes_from(trocar.at("p_W")), axes_from(trocar.at("p_T")),
+                   axes_from(trocar.at("axis_T"))};
+  }
+  if (json.contains("coupling")) tool.coupling = springs_from(json.at("coupling"));
+  return tool;
+}
+
 }  // namespace
 
 SessionText session_text(const HapticScene& scene, const HapticOptions& options,
                          std::span<const TissueFeed> tissue) {
   SessionText text;
   ShapeWriter shapes;
-  Json json{{"X_WT", pose_numbers(scene.X_WT)},
-            {"parts", Json::array()},
-            {"hinges", Json::array()},
-            {"obstacles", Json::array()},
-            {"options", options_json(options)}};
-  for (const ToolPart& part : scene.tool) {
-    const std::size_t shape = shapes.add(part.shape, text.shapes, text.rows);
-    json["parts"].push_back({{"shape", shape},
-                             {"X_TP", pose_numbers(part.X_TP)},
-                             {"hinge", part.hinge ? Json(*part.hinge) : Json(nullptr)}});
+  Json json = tool_json(scene.tools().front(), shapes, text);
+  json["obstacles"] = Json::array();
+  json["options"] = options_json(options);
+  for (const HapticTool& tool : scene.more_tools) {
+    json["more_tools"].push_back(tool_json(tool, shapes, text));
   }
-  for (const ToolHinge& hinge : scene.hinges) {
-    json["hinges"].push_back({{"X_TJ", pose_numbers(hinge.X_TJ)},
-                              {"angle", hinge.angle},
-                              {"stiffness", hinge.stiffness}});
+  if (!scene.more_tools.empty()) {
+    json["tool_margin"] = scene.tool_margin;
+    json["tool_friction"] = scene.tool_friction;
   }
   for (std::size_t k = 0; k < scene.obstacles.size(); ++k) {
     const ToolObstacle& obstacle = scene.obstacles[k];
@@ -464,18 +691,19 @@ SessionText session_text(const HapticScene& scene, const HapticOptions& options,
 
 StoredSession session_from(const Json& json, std::span<const std::shared_ptr<const Shape>> shapes) {
   StoredSession session;
-  session.scene.X_WT = pose_from_numbers(json.at("X_WT"));
-  for (const Json& item : json.at("parts")) {
-    const auto number = item.at("shape").get<std::size_t>();
-    DYOP_REQUIRE(number < shapes.size(), "a part has the shape ", number, ", which is missing");
-    ToolPart part{shapes[number], pose_from_numbers(item.at("X_TP"))};
-    if (!item.at("hinge").is_null()) part.hinge = item.at("hinge").get<std::size_t>();
-    session.scene.tool.push_back(std::move(part));
-  }
-  for (const Json& item : json.at("hinges")) {
-    session.scene.hinges.push_back({pose_from_numbers(item.at("X_TJ")),
-                                    item.at("angle").get<Scalar>(),
-                                    item.at("stiffness").get<Scalar>()});
+  HapticTool first = tool_from(json, shapes);
+  session.scene.tool = std::move(first.parts);
+  session.scene.hinges = std::move(first.hinges);
+  session.scene.X_WT = first.X_WT;
+  session.scene.trocar = first.trocar;
+  if (json.contains("more_tools")) {
+    for (const Json& item : json.at("more_tools")) {
+      session.scene.more_tools.push_back(tool_from(item, shapes));
+    }
+    DYOP_REQUIRE(session.scene.more_tools.size() < kMostTools, "there are ",
+                 session.scene.more_tools.size(), " further tools");
+    session.scene.tool_margin = json.at("tool_margin").get<Scalar>();
+    session.scene.tool_friction = json.at("tool_friction").get<Scalar>();
   }
   for (const Json& item : json.at("obstacles")) {
     session.scene.obstacles.push_back(obstacle_from(item, shapes));

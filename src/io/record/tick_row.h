@@ -18,17 +18,33 @@
 namespace dyop::io_internal {
 
 /// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was
-/// stopped in a tick: before, `tissue_lag` was its sum. Readers of it read 1 and 2.
-constexpr std::int64_t kToolRecordingVersion = 3;
+/// stopped in a tick: before, `tissue_lag` was its sum; version 4 further tools, and is written
+/// only where there are any. Readers of it read 1 to 3.
+constexpr std::int64_t kToolRecordingVersion = 4;
+constexpr std::int64_t kOneToolVersion = 3;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.
 constexpr std::uint16_t kNoObstacle = 0xffff;
 
+/// How many of each a row has.
+struct TickShape {
+  TickShape(const HapticScene& scene, std::int64_t version);
+
+  std::int64_t version;  ///< of the file
+  std::size_t hinges;    ///< of the first tool
+  std::size_t obstacles;
+  std::vector<std::size_t> other_hinges;  ///< of each further tool
+};
+
+/// The version that a scene is written in.
+inline std::int64_t version_of(const HapticScene& scene) {
+  return scene.more_tools.empty() ? kOneToolVersion : kToolRecordingVersion;
+}
+
 /// A row of /ticks. In the file without gaps between the members, and without the empty ones.
 struct TickRow {
-  TickRow(std::size_t hinge_count, std::size_t obstacle_count,
-          std::int64_t version = kToolRecordingVersion);
+  explicit TickRow(TickShape shape);
 
   std::uint32_t number = 0;
   std::uint8_t status = 0;
@@ -61,8 +77,26 @@ struct TickRow {
   std::uint16_t distance_queries = 0;
   std::uint16_t solves = 0;
   std::uint16_t pieces = 0;
+  // Of further tools, one after the other:
+  std::vector<std::uint8_t> other_status;
+  std::vector<double> other_device_p;
+  std::vector<double> other_device_q;  // x, y, z, w
+  std::vector<double> other_device_angles;
+  std::vector<double> other_tool_p;
+  std::vector<float> other_tool_q;
+  std::vector<float> other_tool_angles;
+  std::vector<float> other_force;
+  std::vector<float> other_torque;
+  std::vector<float> other_energy_returned;
+  std::vector<float> other_lower;  // by tool, then by obstacle
+  std::vector<float> other_upper;
+  std::vector<float> tools_lower;  // by pair of tools
+  std::vector<float> tools_upper;
+  std::vector<float> tools_p_second;  // witness points
+  std::vector<float> tools_p_first;
   std::uint64_t digest = 0;
 
+  const TickShape& shape() const { return shape_; }
   std::size_t bytes() const;
   Hdf5RowType type() const;
   void append_to(std::vector<char>& out) const;
@@ -71,13 +105,20 @@ struct TickRow {
  private:
   template <typename Row, typename Visit>
   static void for_each(Row& row, Visit visit);
+
+  TickShape shape_;
 };
 
 /// @param seen Per obstacle: snapshots seen by the tick before; updated.
 /// @throws InvalidArgument if a number does not fit.
 void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow& row);
 /// @param row Before version 3 the time for which tissue was stopped is the sum of all ticks.
-RecordedTick tick_from(const TickRow& row, std::span<const Scalar> margins);
+RecordedTick tick_from(const TickRow& row, const HapticScene& scene);
+/// The digest of several ticks, from that of all before the last and that of the last.
+inline std::uint64_t joined_digest(std::uint64_t before, std::uint64_t last) {
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15u;  // literal: mixes the order in
+  return (before * kOdd) ^ last;
+}
 
 // What a HapticSession is made of, as JSON with every bit, and the shapes it names.
 

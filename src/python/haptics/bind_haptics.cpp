@@ -29,15 +29,20 @@ Scalar seconds(std::chrono::nanoseconds duration) {
 // runner makes them; giving does not hold it.
 class PythonSession {
  public:
-  PythonSession(const HapticScene& scene, const HapticOptions& options)
-      : session_(scene, options), start_(scene.X_WT) {}
+  PythonSession(const HapticScene& scene, const HapticOptions& options) : session_(scene, options) {
+    for (const HapticTool& tool : scene.tools()) {
+      DevicePose& device = start_.emplace_back(tool.X_WT);
+      device.angles = tool.start().angles;
+    }
+  }
 
   /// For what a runner must not be disturbed in.
   HapticSession& own() {
     DYOP_REQUIRE(!is_running_, "the session is run by a HapticRunner; stop that first");
     return session_;
   }
-  const RigidPose& start() const { return start_; }
+  /// Devices where the tools start.
+  const std::vector<DevicePose>& start() const { return start_; }
 
   /// Calls give(session) without the interpreter's lock, one thread at a time.
   template <typename Give>
@@ -56,7 +61,7 @@ class PythonSession {
 
  private:
   HapticSession session_;
-  RigidPose start_;
+  std::vector<DevicePose> start_;
   std::mutex giving_;
   std::atomic<bool> is_running_{false};
 };
@@ -92,13 +97,19 @@ DevicePose device_of(py::handle pose, const std::vector<Scalar>& angles) {
   return device;
 }
 
-// Runs a session in a thread of C++: its device is the pose that Python has set last.
+std::vector<DevicePose> devices_of(const py::iterable& poses) {
+  std::vector<DevicePose> devices;
+  for (const py::handle pose : poses) devices.push_back(device_of(pose, {}));
+  return devices;
+}
+
+// Runs a session in a thread of C++: its devices are the poses that Python has set last.
 class PythonRunner {
  public:
   PythonRunner(std::shared_ptr<PythonSession> session, const RunnerOptions& options,
                std::size_t keep)
       : session_(std::move(session)), options_(options), keep_(keep) {
-    device_ = DevicePose(session_->start());
+    devices_ = session_->start();
     if (options_.ticks <= 0) options_.ticks = std::numeric_limits<std::int64_t>::max();
   }
   ~PythonRunner() { join(); }
@@ -111,9 +122,10 @@ class PythonRunner {
     is_running_ = true;
     thread_ = std::jthread([this, &session](const std::stop_token& stop) { run(session, stop); });
   }
-  void set_device(const DevicePose& device) {
+  void set_device(const DevicePose& device, std::size_t index) {
+    DYOP_REQUIRE(index < devices_.size(), "there is no tool ", index, " of ", devices_.size());
     const std::lock_guard<std::mutex> one(mutex_);
-    device_ = device;
+    devices_[index] = device;
   }
   /// Those since the last call; of more than are kept the newest.
   std::vector<TickRecord> read_ticks() {
@@ -134,9 +146,9 @@ class PythonRunner {
     try {
       report_ = run_session(
           session,
-          [this](std::int64_t) {
+          [this](std::int64_t, std::span<DevicePose> devices) {
             const std::lock_guard<std::mutex> one(mutex_);
-            return device_;
+            std::copy(devices_.begin(), devices_.end(), devices.begin());
           },
           {},
           [this](const TickRecord& record) {
@@ -162,8 +174,8 @@ class PythonRunner {
   std::shared_ptr<PythonSession> session_;
   RunnerOptions options_;
   std::size_t keep_;
-  std::mutex mutex_;  // of the device and the ticks
-  DevicePose device_;
+  std::mutex mutex_;  // of the devices and the ticks
+  std::vector<DevicePose> devices_;
   std::deque<TickRecord> ticks_;
   RunnerReport report_;
   std::exception_ptr failure_;
@@ -259,12 +271,23 @@ void bind_scene(py::module_& m) {
       .option<&ToolTrocar::p_T>("p_T", "numpy.ndarray: (3,), of the shaft's axis, tool frame")
       .option<&ToolTrocar::axis_T>("axis_T", "numpy.ndarray: (3,), along it, tool frame")
       .finish();
+  Record<HapticTool>(m, "HapticTool", "A tool beside the first one of a scene, in another hand.")
+      .option<&HapticTool::parts>("parts", "list[ToolPart]: a copy; assign a whole list")
+      .option<&HapticTool::hinges>("hinges", "list[ToolHinge]: at most four; as parts")
+      .option<&HapticTool::X_WT>("X_WT", "RigidPose: where it starts")
+      .option<&HapticTool::trocar>("trocar", "Optional[ToolTrocar]: a copy; as parts")
+      .option<&HapticTool::coupling>("coupling",
+                                     "Optional[CouplingOptions]: None: HapticOptions.coupling")
+      .finish();
   Record<HapticScene>(m, "HapticScene", "Everything a HapticSession needs; any consistent units.")
       .option<&HapticScene::tool>("tool", "list[ToolPart]: a copy; assign a whole list")
       .option<&HapticScene::hinges>("hinges", "list[ToolHinge]: at most four; as tool")
       .option<&HapticScene::obstacles>("obstacles", "list[ToolObstacle]: as tool")
       .option<&HapticScene::X_WT>("X_WT", "RigidPose: where the tool starts")
       .option<&HapticScene::trocar>("trocar", "Optional[ToolTrocar]: a copy; as tool")
+      .option<&HapticScene::more_tools>("more_tools", "list[HapticTool]: at most three; as tool")
+      .option<&HapticScene::tool_margin>("tool_margin", "float: distance between tools, >= 0")
+      .option<&HapticScene::tool_friction>("tool_friction", "float: Coulomb's, between tools")
       .finish();
 }
 
@@ -309,7 +332,8 @@ void bind_contacts_of_ticks(py::module_& m) {
       .finish();
   using P = ToolContactPoint;
   Record<P>(m, "ToolContactPoint", "A place where the proxy is held back, or may soon be.")
-      .field<&P::obstacle>("obstacle", "int: number")
+      .field<&P::tool>("tool", "int: number")
+      .field<&P::obstacle>("obstacle", "int: number; of tool_contacts: of the other tool")
       .field<&P::part>("part", "int: body of the tool")
       .field<&P::p_W>("p_W", "numpy.ndarray: (3,), on the tool")
       .field<&P::nhat_W>("nhat_W", "numpy.ndarray: (3,), unit, from obstacle to tool")
@@ -428,6 +452,8 @@ void bind_tick(py::module_& m) {
       .field<&T::impulses>("impulses", "list[ToolImpulse]: over the whole tick")
       .field<&T::trocar_force_W>("trocar_force_W", "numpy.ndarray: (3,), of a trocar on the tool")
       .field<&T::clearances>("clearances", "list[ToolClearance]: one for each obstacle")
+      .field<&T::tool_contacts>("tool_contacts", "list[ToolContactPoint]: with other tools")
+      .field<&T::tool_clearances>("tool_clearances", "list[ToolClearance]: one for each tool")
       .field<&T::energy_returned>("energy_returned", "float: to the hand so far")
       .field<&T::tissue_stopped>("tissue_stopped", "float: time of this tick")
       .field<&T::tissue_lag>("tissue_lag", "float: behind the newest snapshot")
@@ -485,14 +511,15 @@ void bind_giving(SessionClass& session) {
   session.def(
       "find_contacts",
       [](PythonSession& self, std::size_t obstacle, const ObstacleProgress& progress,
-         const ToolPose& tool, const ContactSearch& search) {
+         const ToolPose& tool, const ContactSearch& search, std::size_t index) {
         std::vector<ToolContactPoint> contacts;
         const bool is_there = self.give([&](HapticSession& s) {
-          return s.find_contacts(obstacle, progress, tool, search, contacts);
+          return s.find_contacts(obstacle, progress, tool, search, contacts, index);
         });
         return is_there ? std::optional(std::move(contacts)) : std::nullopt;
       },
       py::arg("obstacle"), py::arg("progress"), py::arg("tool"), py::arg("search"),
+      py::arg("index") = 0,
       "The contacts that the tool would have in a pose, the nearest first. None: that mesh is no\n"
       "longer there.");
 }
@@ -524,8 +551,33 @@ void bind_updates(SessionClass& session) {
           },
           py::arg("device"), py::arg("dt"), py::arg("angles") = std::vector<Scalar>(),
           py::arg("cutoff") = py::none(), "The same, cut off where an earlier run was.")
+      .def(
+          "update_all",
+          [](PythonSession& self, const py::iterable& devices, Scalar dt,
+             const py::object& deadline) {
+            HapticSession::Deadline until;
+            if (!deadline.is_none()) until = deadline_of(deadline);
+            const auto ticks = self.own().update(devices_of(devices), dt, until);
+            return std::vector<HapticTick>(ticks.begin(), ticks.end());
+          },
+          py::arg("devices"), py::arg("dt"), py::arg("deadline") = py::none(),
+          "One tick of all tools: a pose for each, or a DevicePose where there are hinges; a\n"
+          "HapticTick for each.")
+      .def(
+          "replay_all",
+          [](PythonSession& self, const py::iterable& devices, Scalar dt,
+             const std::optional<TickCutoff>& cutoff) {
+            const auto ticks = self.own().replay(devices_of(devices), dt, cutoff);
+            return std::vector<HapticTick>(ticks.begin(), ticks.end());
+          },
+          py::arg("devices"), py::arg("dt"), py::arg("cutoff") = py::none(),
+          "The same, cut off where an earlier run was.")
       .def_property_readonly(
-          "last", [](PythonSession& self) { return self.own().last(); }, "HapticTick: a copy")
+          "tool_count", [](PythonSession& self) { return self.own().tool_count(); },
+          "int: of the scene")
+      .def_property_readonly(
+          "last", [](PythonSession& self) { return self.own().last(); },
+          "HapticTick: of the first tool, a copy")
       .def_property_readonly(
           "time", [](PythonSession& self) { return self.own().time(); }, "float: elapsed");
 }
@@ -534,17 +586,20 @@ void bind_springs(SessionClass& session) {
   session
       .def(
           "set_coupling",
-          [](PythonSession& self, const CouplingOptions& coupling) {
-            self.own().set_coupling(coupling);
+          [](PythonSession& self, const CouplingOptions& coupling, std::size_t index) {
+            self.own().set_coupling(coupling, index);
           },
-          py::arg("coupling"),
+          py::arg("coupling"), py::arg("index") = 0,
           "Other springs: lower stiffness at once, higher when the tool is where the device is.")
       .def_property_readonly(
           "coupling", [](PythonSession& self) { return self.own().coupling(); },
-          "CouplingOptions: the springs that act now, a copy")
+          "CouplingOptions: the first tool's springs that act now, a copy")
       .def(
-          "reset", [](PythonSession& self, const ToolPose& tool) { self.own().reset(tool); },
-          py::arg("tool"), "Puts the tool elsewhere, without a motion.")
+          "reset",
+          [](PythonSession& self, const ToolPose& tool, std::size_t index) {
+            self.own().reset(tool, index);
+          },
+          py::arg("tool"), py::arg("index") = 0, "Puts a tool elsewhere, without a motion.")
       .def_property_readonly(
           "is_passive", [](PythonSession& self) { return self.own().is_passive(); },
           "bool: whether the device's damping suffices");
@@ -595,7 +650,11 @@ void bind_report(py::module_& m) {
       .def_readonly("number", &TickRecord::number, "int: of the tick")
       .def_readonly("device", &TickRecord::device, "DevicePose: its input")
       .def_readonly("dt", &TickRecord::dt, "float: seconds")
-      .def_readonly("tick", &TickRecord::tick, "HapticTick: its result");
+      .def_readonly("tick", &TickRecord::tick, "HapticTick: its result")
+      .def_readonly("others", &TickRecord::others, "list[ToolRecord]: of further tools");
+  py::class_<ToolRecord>(m, "ToolRecord", "A tool's part of a tick.")
+      .def_readonly("device", &ToolRecord::device, "DevicePose: its input")
+      .def_readonly("tick", &ToolRecord::tick, "HapticTick: its result");
 }
 
 void bind_runner(py::module_& m) {
@@ -621,11 +680,10 @@ void bind_runner(py::module_& m) {
       .def("start", &PythonRunner::start, "Starts the thread.")
       .def(
           "set_device",
-          [](PythonRunner& self, const py::object& pose, const std::vector<Scalar>& angles) {
-            self.set_device(device_of(pose, angles));
-          },
-          py::arg("device"), py::arg("angles") = std::vector<Scalar>(),
-          "The device's pose from now on; before the first it is where the tool starts.")
+          [](PythonRunner& self, const py::object& pose, const std::vector<Scalar>& angles,
+             std::size_t index) { self.set_device(device_of(pose, angles), index); },
+          py::arg("device"), py::arg("angles") = std::vector<Scalar>(), py::arg("index") = 0,
+          "The pose of a tool's device from now on; before the first it is where the tool starts.")
       .def("read_ticks", &PythonRunner::read_ticks,
            "The ticks since the last call, at most as many as are kept.")
       .def_property_readonly("is_running", &PythonRunner::is_running, "bool: not yet ended")

@@ -31,10 +31,14 @@ constexpr std::size_t kMostSnapshots = 64;
 
 // The ticks up to a moment.
 struct ToolPicture {
+  struct Tool {
+    DevicePose device;
+    bool has_device = false;
+    ToolPose pose;
+  };
+
   Scalar t = 0;
-  DevicePose device;
-  bool has_device = false;
-  ToolPose tool;
+  std::vector<Tool> tools;
   HapticStatus status = HapticStatus::NotRun;  // the gravest: they are listed in this order
   std::vector<ObstacleProgress> progress;
   ToolSample sample;
@@ -148,14 +152,14 @@ class PictureWriter {
     for (const FollowedTissue& tissue : scene_.tissue()) {
       for (std::size_t k = 1; k < tissue.meshes.size(); ++k) hide(tissue.meshes[k].body, span);
     }
-    ToolPose tool{run_.scene.X_WT, {}};
-    for (std::size_t k = 0; k < run_.scene.hinges.size(); ++k) {
-      tool.angles[k] = run_.scene.hinges[k].angle;
-    }
-    for (std::size_t k = 0; k < scene_.bodies().part_count(); ++k) {
-      poses_[k] = scene_.bodies().part_pose(k, tool);
-      rest(scene_.bodies().proxy(k), *poses_[k], span);
-      hide(scene_.bodies().device(k), span);
+    const ToolBodies& bodies = scene_.bodies();
+    const std::vector<ToolPose> start = bodies.start();
+    for (std::size_t tool = 0; tool < start.size(); ++tool) {
+      for (std::size_t k = bodies.first_part(tool); k < bodies.first_part(tool + 1); ++k) {
+        poses_[k] = bodies.part_pose(k, start[tool]);
+        rest(bodies.proxy(k), *poses_[k], span);
+        hide(bodies.device(k), span);
+      }
     }
     return span;
   }
@@ -168,11 +172,14 @@ class PictureWriter {
 
   void add(const ToolPicture& picture, PageSpan& span) {
     if (!(picture.t > t_)) return;
-    move(0, picture.tool, picture.t, span);
-    if (picture.has_device) {
-      move(scene_.bodies().part_count(), device_pose(picture.device), picture.t, span);
-    } else {
-      hide_device(picture.t, span);
+    for (std::size_t k = 0; k < picture.tools.size(); ++k) {
+      const ToolPicture::Tool& tool = picture.tools[k];
+      move(0, k, tool.pose, picture.t, span);
+      if (tool.has_device) {
+        move(scene_.bodies().part_count(), k, device_pose(tool.device), picture.t, span);
+      } else {
+        hide_device(k, picture.t, span);
+      }
     }
     if (picture.status != status_) {
       status_ = picture.status;
@@ -181,7 +188,7 @@ class PictureWriter {
     for (FollowedTissue& tissue : scene_.tissue()) {
       deform(tissue, picture.progress[tissue.obstacle], picture.t, span);
     }
-    picture.sample.write({t_, picture.t}, scene_.bodies().proxy(0), shown_, span);
+    picture.sample.write({t_, picture.t}, scene_.bodies(), shown_, span);
     t_ = picture.t;
   }
 
@@ -197,11 +204,12 @@ class PictureWriter {
     span.segments.push_back({body, {t_, t_}, nullptr});
   }
 
-  // The parts of the tool or, from part_count() on, those of the device.
-  void move(std::size_t first, const ToolPose& tool, Scalar t, PageSpan& span) {
-    for (std::size_t part = 0; part < scene_.bodies().part_count(); ++part) {
+  // The parts of a tool or, from part_count() on, those of its device.
+  void move(std::size_t first, std::size_t tool, const ToolPose& pose, Scalar t, PageSpan& span) {
+    const ToolBodies& bodies = scene_.bodies();
+    for (std::size_t part = bodies.first_part(tool); part < bodies.first_part(tool + 1); ++part) {
       std::optional<RigidPose>& last = poses_[first + part];
-      const TimedPose now{t, scene_.bodies().part_pose(part, tool)};
+      const TimedPose now{t, bodies.part_pose(part, pose)};
       const BodyId body(first + part);
       if (last) {
         span.segments.push_back({body, {t_, t}, motion_between({t_, *last}, now)});
@@ -212,11 +220,12 @@ class PictureWriter {
     }
   }
 
-  void hide_device(Scalar t, PageSpan& span) {
-    for (std::size_t part = 0; part < scene_.bodies().part_count(); ++part) {
-      std::optional<RigidPose>& last = poses_[scene_.bodies().part_count() + part];
+  void hide_device(std::size_t tool, Scalar t, PageSpan& span) {
+    const ToolBodies& bodies = scene_.bodies();
+    for (std::size_t part = bodies.first_part(tool); part < bodies.first_part(tool + 1); ++part) {
+      std::optional<RigidPose>& last = poses_[bodies.part_count() + part];
       if (!std::exchange(last, std::nullopt)) continue;
-      span.segments.push_back({scene_.bodies().device(part), {t, t}, nullptr});
+      span.segments.push_back({bodies.device(part), {t, t}, nullptr});
     }
   }
 
@@ -342,16 +351,37 @@ ToolFollower::~ToolFollower() {
   finish("");
 }
 
+namespace {
+
+// As RecordedTick::tool_clearances.
+std::vector<ToolClearance> pairs_of_tools(const TickRecord& record) {
+  std::vector<ToolClearance> pairs;
+  for (std::size_t k = 0; k < record.others.size(); ++k) {
+    const std::vector<ToolClearance>& all = record.others[k].tick.tool_clearances;
+    pairs.insert(pairs.end(), all.begin(), all.begin() + std::ptrdiff_t(k) + 1);
+  }
+  return pairs;
+}
+
+}  // namespace
+
 void ToolFollower::add(const TickRecord& record) {
   const HapticTick& tick = record.tick;
   ToolPicture& next = impl_->next;
   next.t = tick.time;
-  next.device = record.device;
-  next.has_device = view_internal::knows_device(tick.status);
-  next.tool = tick.tool;
-  next.status = std::max(next.status, tick.status);
-  next.progress = tick.progress;
+  next.tools.clear();
+  const auto add_tool = [&](const DevicePose& device, const HapticTick& of_tool) {
+    next.tools.push_back({device, view_internal::knows_device(of_tool.status), of_tool.tool});
+    next.status = std::max(next.status, of_tool.status);
+  };
+  add_tool(record.device, tick);
   next.sample.add(tick);
+  for (const ToolRecord& other : record.others) {
+    add_tool(other.device, other.tick);
+    next.sample.add_other(other.tick);
+  }
+  next.sample.add_between(pairs_of_tools(record));
+  next.progress = tick.progress;
   if (!(tick.time >= impl_->due)) return;
   {
     const std::unique_lock lock(impl_->mutex, std::try_to_lock);

@@ -73,11 +73,8 @@ class ToolPageMaker {
       shown_.push_back(bodies_.obstacle(k));
       span_.segments.push_back({shown_[k], {0, 0}, std::make_shared<const RestMotion>(X_WO)});
     }
-    ToolPose tool{reader_.scene().X_WT, {}};
-    for (std::size_t k = 0; k < reader_.scene().hinges.size(); ++k) {
-      tool.angles[k] = reader_.scene().hinges[k].angle;
-    }
-    add_poses(proxy_, tool);
+    const std::vector<ToolPose> tools = bodies_.start();
+    for (std::size_t k = 0; k < tools.size(); ++k) add_poses(proxy_, k, tools[k]);
   }
 
   // Obstacles that have become other meshes by now.
@@ -94,40 +91,53 @@ class ToolPageMaker {
     }
   }
 
-  void add_poses(PartPoses& poses, const ToolPose& tool) const {
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      poses[k].push_back({t_, bodies_.part_pose(k, tool)});
+  void add_poses(PartPoses& poses, std::size_t tool, const ToolPose& pose) const {
+    for (std::size_t k = bodies_.first_part(tool); k < bodies_.first_part(tool + 1); ++k) {
+      poses[k].push_back({t_, bodies_.part_pose(k, pose)});
+    }
+  }
+
+  // A RecordedTick or RecordedTool.
+  template <typename Tick>
+  void add_tool(std::size_t number, const Tick& tick) {
+    add_poses(proxy_, number, tick.tool);
+    if (knows_device(tick.status)) {
+      add_poses(device_, number, device_pose(tick.device));
+    } else {
+      hide_device(number);
     }
   }
 
   void add(const RecordedTick& tick) {
     t_ += tick.time_passed();
     swap_tissue();
-    add_poses(proxy_, tick.tool);
-    if (knows_device(tick.status)) {
-      add_poses(device_, device_pose(tick.device));
-    } else {
-      hide_device();
+    add_tool(0, tick);
+    sample_.add(tick);
+    HapticStatus status = tick.status;  // the gravest
+    for (std::size_t k = 0; k < tick.others.size(); ++k) {
+      add_tool(k + 1, tick.others[k]);
+      sample_.add_other(tick.others[k]);
+      status = std::max(status, tick.others[k].status);
     }
-    if (tick.status != status_) {
-      status_ = tick.status;
+    sample_.add_between(tick.tool_clearances);
+    if (status != status_) {
+      status_ = status;
       span_.marks.push_back(mark_of(t_, status_));
     }
-    sample_.add(tick);
     if ((tick.number + 1) % stride_ == 0) write_sample();
   }
 
   // The device is unknown: it is not drawn.
-  void hide_device() {
+  void hide_device(std::size_t tool) {
     write_motions_of(device_, &ToolBodies::device);
-    for (std::size_t k = 0; k < device_.size(); ++k) {
+    for (std::size_t k = bodies_.first_part(tool); k < bodies_.first_part(tool + 1); ++k) {
       device_[k].clear();
       span_.segments.push_back({bodies_.device(k), {t_, t_}, nullptr});
     }
   }
 
   void write_sample() {
-    sample_.write({sample_begin_, t_}, bodies_.proxy(0), shown_, span_);
+    sample_.write({sample_begin_, t_}, bodies_, shown_, span_);
     sample_ = {};
     sample_begin_ = t_;
   }
@@ -232,14 +242,31 @@ constexpr const char* kDeviceColor = "#3b82f6";
 
 }  // namespace
 
+ToolBodies::ToolBodies(const HapticScene& scene) : scene_(scene), tools_(scene.tools()) {
+  for (std::size_t tool = 0; tool < tools_.size(); ++tool) {
+    first_part_.push_back(parts_.size());
+    for (std::size_t k = 0; k < tools_[tool].parts.size(); ++k) parts_.push_back({tool, k});
+  }
+  first_part_.push_back(parts_.size());
+}
+
+std::vector<ToolPose> ToolBodies::start() const {
+  std::vector<ToolPose> poses;
+  for (const HapticTool& tool : tools_) poses.push_back(tool.start());
+  return poses;
+}
+
 std::vector<PageBody> ToolBodies::bodies() const {
   std::vector<PageBody> bodies;
   const auto add_parts = [&](const char* name, BodyKind kind, const char* color, bool is_ghost) {
     for (std::size_t k = 0; k < part_count(); ++k) {
+      const auto [tool, number] = parts_[k];
       PageBody& body = bodies.emplace_back();
-      body.name = part_count() > 1 ? std::string(name) + ", part " + std::to_string(k + 1) : name;
+      body.name = name;
+      if (tool_count() > 1) body.name += " " + std::to_string(tool + 1);
+      if (tools_[tool].parts.size() > 1) body.name += ", part " + std::to_string(number + 1);
       body.kind = kind;
-      body.shape = scene_.tool[k].shape;
+      body.shape = part(k).shape;
       body.color = color;
       body.is_ghost = is_ghost;
     }
@@ -262,15 +289,15 @@ PageBody ToolBodies::later_mesh(std::size_t number, std::shared_ptr<const Shape>
 }
 
 RigidPose ToolBodies::part_pose(std::size_t number, const ToolPose& tool) const {
-  const ToolPart& part = scene_.tool[number];
-  if (!part.hinge) return tool.X_WT * part.X_TP;
-  const RigidPose& X_TJ = scene_.hinges[*part.hinge].X_TJ;
-  const Matrix3 turn = rotation_from_vector(Vector3(0, 0, tool.angles[*part.hinge]));
-  return tool.X_WT * X_TJ * RigidPose(turn, Vector3::Zero()) * X_TJ.inverse() * part.X_TP;
+  const ToolPart& moved = part(number);
+  if (!moved.hinge) return tool.X_WT * moved.X_TP;
+  const RigidPose& X_TJ = tools_[parts_[number].tool].hinges[*moved.hinge].X_TJ;
+  const Matrix3 turn = rotation_from_vector(Vector3(0, 0, tool.angles[*moved.hinge]));
+  return tool.X_WT * X_TJ * RigidPose(turn, Vector3::Zero()) * X_TJ.inverse() * moved.X_TP;
 }
 
-Scalar ToolBodies::reach(std::size_t part) const {
-  return scene_.tool[part].shape->bounding_radius();
+Scalar ToolBodies::reach(std::size_t number) const {
+  return part(number).shape->bounding_radius();
 }
 
 bool knows_device(HapticStatus status) {
@@ -301,8 +328,28 @@ std::optional<std::size_t> ToolSample::nearest_of(const HapticTick& tick) {
   return std::size_t(found - tick.clearances.begin());
 }
 
-void ToolSample::write(const TimeInterval& time, BodyId tool, std::span<const BodyId> obstacles,
-                       PageSpan& span) const {
+void ToolSample::add_between(std::span<const ToolClearance> pairs) {
+  between.resize(pairs.size(), {kInfinity, kInfinity});
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    between[k] = {std::min(between[k].lower, pairs[k].lower),
+                  std::min(between[k].upper, pairs[k].upper), pairs[k].p_WT, pairs[k].p_WO};
+  }
+}
+
+namespace {
+
+void add_witness(const ToolClearance& clearance, PageGap& gap) {
+  gap.witness_W = {clearance.p_WT, clearance.p_WO};
+  gap.pivot_W = (clearance.p_WT + clearance.p_WO) / 2;
+}
+
+}  // namespace
+
+void ToolSample::write(const TimeInterval& time, const ToolBodies& bodies,
+                       std::span<const BodyId> obstacles, PageSpan& span) const {
+  const auto closest = std::ranges::min_element(between, {}, &ToolClearance::upper);
+  const bool tools_are_nearest =
+      closest != between.end() && (!nearest || closest->upper < least[*nearest].upper);
   span.samples.push_back({time.end, {force, torque, energy, latency, lag}});
   PageFrame frame;
   frame.interval = time;
@@ -311,15 +358,25 @@ void ToolSample::write(const TimeInterval& time, BodyId tool, std::span<const Bo
   for (std::size_t k = 0; k < least.size(); ++k) {
     PageGap gap;
     gap.t = time.end;
-    gap.a = tool;
+    gap.a = bodies.proxy(0);
     gap.b = obstacles[k];
     gap.lower = least[k].lower;
     gap.upper = least[k].upper;
-    if (nearest == k) {
-      gap.witness_W = {least[k].p_WT, least[k].p_WO};
-      gap.pivot_W = (least[k].p_WT + least[k].p_WO) / 2;
-    }
+    if (nearest == k && !tools_are_nearest) add_witness(least[k], gap);
     span.gaps.push_back(gap);
+  }
+  std::size_t pair = 0;
+  for (std::size_t second = 1; second < bodies.tool_count(); ++second) {
+    for (std::size_t first = 0; first < second; ++first, ++pair) {
+      PageGap gap;
+      gap.t = time.end;
+      gap.a = bodies.proxy(bodies.first_part(second));
+      gap.b = bodies.proxy(bodies.first_part(first));
+      gap.lower = between[pair].lower;
+      gap.upper = between[pair].upper;
+      if (tools_are_nearest && &*closest == &between[pair]) add_witness(between[pair], gap);
+      span.gaps.push_back(gap);
+    }
   }
 }
 

@@ -48,6 +48,32 @@ TEST(HapticSceneFile, ReadsATrocarAndHowADeviceMovesTheTool) {
   EXPECT_NE(message.find("axis"), std::string::npos);
 }
 
+TEST(HapticSceneFile, ReadsFurtherToolsAndTheirPaths) {
+  const std::string text = testing::two_tools_haptic_scene();
+  const HapticRun run = parse_haptic_run("scene.json", text);
+  ASSERT_EQ(run.scene.more_tools.size(), 1u);
+  const HapticTool& other = run.scene.more_tools[0];
+  EXPECT_EQ(other.parts.size(), 1u);
+  EXPECT_EQ(other.X_WT.translation(), Vector3(40, 0, 80));
+  ASSERT_TRUE(other.coupling);
+  EXPECT_EQ(other.coupling->stiffness.x(), 0.2);
+  EXPECT_EQ(other.coupling->period, run.runner.period);
+  EXPECT_EQ(run.scene.tool_margin, 0.1);
+  EXPECT_EQ(run.scene.tool_friction, 0.2);
+  EXPECT_NEAR(run.device(50, 1).p_WD.x(), 20, 1e-9);
+  EXPECT_NEAR(run.device(400, 1).p_WD.x(), 60, 1e-9);
+  EXPECT_NEAR(run.device(600, 1).p_WD.x(), 60, 1e-9);  // waits there
+  const auto message_of = [&](const std::string& from, const std::string& to) {
+    return testing::message_of<FileError>(
+        [&] { parse_haptic_run("scene.json", testing::replaced(text, from, to)); });
+  };
+  EXPECT_NE(message_of("more_paths", "paths").find("paths"), std::string::npos);
+  EXPECT_NE(message_of("\"tool_margin\": 0.1", "\"tool_margin\": -1").find("tool_margin"),
+            std::string::npos);
+  EXPECT_NE(message_of("[[\n      {\"t\": 0", "[[], [\n      {\"t\": 0").find("more_paths"),
+            std::string::npos);
+}
+
 // Two strokes of 0.3 and 0.4 s.
 TEST(HapticSceneFile, TheDeviceGoesThroughTheStrokesAgainAndAgain) {
   const HapticRun run = parse_haptic_run("scene.json", testing::kSmallHapticScene);
@@ -122,7 +148,9 @@ TEST(HapticSceneFile, ReadsTissueThatAnswers) {
   EXPECT_TRUE(run.tissue[0].formula.empty());
   std::vector<Vector3> vertices = run.scene.obstacles[0].vertices;
   const std::vector<Vector3> before = vertices;
-  run.tissue[0].model->step({}, vertices);  // nothing pulls at it
+  TissueNews nothing;
+  nothing.tools.resize(1);
+  run.tissue[0].model->step(nothing, vertices);
   for (std::size_t k = 0; k < before.size(); ++k) {
     EXPECT_LE((vertices[k] - before[k]).norm(), 1e-9);
   }

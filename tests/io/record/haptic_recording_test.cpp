@@ -14,6 +14,7 @@
 #include "io/record/hdf5_file.h"
 #include "io/record/recorded_world.h"
 #include "io/record/recording_version.h"
+#include "io/record/tick_row.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
@@ -101,8 +102,10 @@ void expect_same_bits(const HapticRecordingReader& reader) {
       ASSERT_TRUE(given.is_mesh() ? session.give_mesh(0, given.vertices, given.triangles)
                                   : session.give_snapshot(0, given.vertices, given.duration));
     }
-    const HapticTick& tick = session.replay(recorded.device, recorded.dt, recorded.cutoff);
-    ASSERT_EQ(tick_digest(tick), recorded.digest) << recorded.number;
+    std::vector<DevicePose> devices{recorded.device};
+    for (const RecordedTool& other : recorded.others) devices.push_back(other.device);
+    const auto ticks = session.replay(devices, recorded.dt, recorded.cutoff);
+    ASSERT_EQ(tick_digest(ticks), recorded.digest) << recorded.number;
   }
 }
 
@@ -172,6 +175,87 @@ TEST(HapticRecording, ADigestTellsAnyBit) {
   EXPECT_NE(tick_digest(other), digest);
   std::swap(other.clearances[0], other.clearances[1]);
   EXPECT_NE(tick_digest(other), digest);
+}
+
+// Two tools push each other, one through a trocar, the other with a jaw.
+HapticScene scene_of_two() {
+  HapticScene scene = heaving_scene();
+  HapticTool other;
+  other.parts = scene.tool;
+  other.hinges = scene.hinges;
+  other.X_WT = RigidPose(Vector3(-6, 0.2, 4));
+  other.coupling = testing::haptic_options().coupling;
+  other.coupling->stiffness.setConstant(2);
+  scene.more_tools.push_back(other);
+  scene.trocar = ToolTrocar{Vector3(0.3, 0.2, 20), Vector3::Zero(), Vector3::UnitZ()};
+  scene.tool_margin = 0.1;
+  scene.tool_friction = 0.2;
+  return scene;
+}
+
+std::vector<std::vector<HapticTick>> record_two(const fs::path& file, int count) {
+  const HapticScene scene = scene_of_two();
+  const HapticOptions options = testing::haptic_options();
+  HapticSession session(scene, options);
+  HapticRecordingWriter writer(file, {"two", "", 1e-3, ""}, scene, options);
+  std::vector<std::vector<HapticTick>> run;
+  for (int k = 0; k < count; ++k) {
+    std::array<DevicePose, 2> devices{heaving_device(k), heaving_device(k)};
+    devices[1].p_WD = Vector3(-6 + 0.03 * k, 0.2, 4);
+    const auto ticks = session.update(devices, 1e-3);
+    run.emplace_back(ticks.begin(), ticks.end());
+    writer.add({k, devices[0], 1e-3, ticks[0], {{devices[1], ticks[1]}}});
+  }
+  writer.finish({});
+  return run;
+}
+
+TEST(HapticRecording, HoldsAllToolsOfASession) {
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  const auto run = record_two(file, 300);
+  const HapticRecordingReader reader(file);
+  ASSERT_EQ(reader.tick_count(), 300);
+  expect_same_bits(reader);
+  EXPECT_EQ(reader.bytes_per_tick(), 208u + 12 + 2 * 13 + 125 + 12 + 2 * 8 + 32);
+  int met = 0;
+  for (const RecordedTick& recorded : reader.ticks(0, 300)) {
+    const HapticTick& tick = run[std::size_t(recorded.number)][1];
+    ASSERT_EQ(recorded.others.size(), 1u);
+    const RecordedTool& other = recorded.others[0];
+    EXPECT_EQ(other.status, tick.status);
+    EXPECT_EQ(other.tool.X_WT.translation(), tick.tool.X_WT.translation());
+    EXPECT_TRUE(other.tool.X_WT.rotation().isApprox(tick.tool.X_WT.rotation(), 1e-6));
+    EXPECT_NEAR(other.tool.angles[0], tick.tool.angles[0], 1e-6);
+    EXPECT_EQ(other.device.angles[0], heaving_device(int(recorded.number)).angles[0]);
+    EXPECT_TRUE(other.wrench.force_W.isApprox(tick.wrench.force_W, 1e-6));
+    ASSERT_EQ(other.clearances.size(), 2u);
+    EXPECT_LE(other.clearances[1].lower, tick.clearances[1].lower);
+    EXPECT_NEAR(other.clearances[1].upper, tick.clearances[1].upper, 1e-5);
+    ASSERT_EQ(recorded.tool_clearances.size(), 1u);
+    EXPECT_LE(recorded.tool_clearances[0].lower, tick.tool_clearances[0].lower);
+    EXPECT_GE(recorded.tool_clearances[0].upper, tick.tool_clearances[0].upper);
+    EXPECT_NEAR(recorded.tool_clearances[0].lower, tick.tool_clearances[0].lower, 1e-5);
+    EXPECT_TRUE(recorded.tool_clearances[0].p_WT.isApprox(tick.tool_clearances[0].p_WT, 1e-5));
+    EXPECT_TRUE(recorded.tool_clearances[0].p_WO.isApprox(tick.tool_clearances[0].p_WO, 1e-5));
+    met += !tick.tool_contacts.empty();
+  }
+  EXPECT_GT(met, 50);
+}
+
+TEST(HapticRecording, RefusesMoreThanATickHoldsAndFilesWithMoreHingesThanATool) {
+  const testing::TemporaryDirectory directory;
+  HapticScene scene = scene_of_two();
+  HapticRecordingWriter writer(directory.path() / "run.h5", {}, scene, testing::haptic_options());
+  TickRecord record;
+  record.tick.clearances.resize(2);
+  record.tick.snapshots.resize(2);
+  EXPECT_THROW(writer.add(record), InvalidArgument);
+  scene.more_tools[0].hinges.resize(kMostHinges + 1, scene.hinges[0]);
+  const auto text = io_internal::session_text(scene, testing::haptic_options(), {});
+  const std::vector<std::shared_ptr<const Shape>> shapes(9, scene.tool[0].shape);
+  EXPECT_THROW(io_internal::session_from(io_internal::Json::parse(text.json), shapes),
+               InvalidArgument);
 }
 
 // One hinge, two obstacles.

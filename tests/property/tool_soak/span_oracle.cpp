@@ -8,13 +8,6 @@
 #include "plain_distance.h"
 
 namespace dyop::testing {
-namespace {
-
-// Longer motions are checked piece by piece, so that few pairs come near in each.
-constexpr Scalar kLongest = 1;
-
-}  // namespace
-
 ToolSpanPath::ToolSpanPath(const ToolPose& from, const ToolPose& to) : from_(from), to_(to) {
   const Eigen::AngleAxis<Scalar> turn(
       Matrix3(to.X_WT.rotation() * from.X_WT.rotation().transpose()));
@@ -40,32 +33,38 @@ ToolPose ToolSpanPath::at(Scalar s) const {
   return pose;
 }
 
-SpanOracle::SpanOracle(const HapticScene& scene) : hinges_(scene.hinges) {
-  for (const ToolPart& given : scene.tool) {
+std::vector<SpanBody> span_bodies(const HapticTool& tool) {
+  std::vector<SpanBody> bodies;
+  for (const ToolPart& given : tool.parts) {
     const auto& mesh = static_cast<const TriangleMesh&>(*given.shape);
-    Part& part = parts_.emplace_back();
-    part.hinge = given.hinge;
-    part.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
-    const RigidPose X =
-        given.hinge ? hinges_[*given.hinge].X_TJ.inverse() * given.X_TP : given.X_TP;
-    const Scalar offset = given.hinge ? hinges_[*given.hinge].X_TJ.translation().norm() : 0;
+    SpanBody& body = bodies.emplace_back();
+    body.triangles.assign(mesh.triangles().begin(), mesh.triangles().end());
+    RigidPose X = given.X_TP;
+    Scalar offset = 0;
+    if (given.hinge) {
+      body.hinge = *given.hinge;
+      body.X_TJ = tool.hinges[body.hinge].X_TJ;
+      X = body.X_TJ->inverse() * given.X_TP;
+      offset = body.X_TJ->translation().norm();
+    }
     for (const Vector3& p : mesh.vertices()) {
-      part.vertices.push_back(X * p);
-      part.reach = std::max(part.reach, part.vertices.back().norm() + offset);
+      body.vertices.push_back(X * p);
+      body.reach = std::max(body.reach, body.vertices.back().norm() + offset);
     }
   }
+  return bodies;
 }
 
-RigidPose SpanOracle::pose(const Part& part, const ToolPose& tool) const {
-  if (!part.hinge) return tool.X_WT;
+RigidPose SpanBody::pose(const ToolPose& tool) const {
+  if (!X_TJ) return tool.X_WT;
   const Matrix3 turn =
-      Eigen::AngleAxis<Scalar>(tool.angles[*part.hinge], Vector3::UnitZ()).toRotationMatrix();
-  return tool.X_WT * hinges_[*part.hinge].X_TJ * RigidPose(turn, Vector3::Zero());
+      Eigen::AngleAxis<Scalar>(tool.angles[hinge], Vector3::UnitZ()).toRotationMatrix();
+  return tool.X_WT * *X_TJ * RigidPose(turn, Vector3::Zero());
 }
 
-void SpanOracle::find_pairs(const Part& part, const SpanPart& span, const TissuePath& tissue,
+void SpanOracle::find_pairs(const SpanBody& part, const SpanPart& span, const TissuePath& tissue,
                             Scalar cap) {
-  const RigidPose X0 = pose(part, span.path.at(span.s0)), X1 = pose(part, span.path.at(span.s1));
+  const RigidPose X0 = part.pose(span.path.at(span.s0)), X1 = part.pose(span.path.at(span.s1));
   const Scalar wider = cap + span.path.bow(part.reach, span.s1 - span.s0);
   const Vector3 border = Vector3::Constant(wider);
   AlignedBox whole;
@@ -101,7 +100,7 @@ void SpanOracle::find_pairs(const Part& part, const SpanPart& span, const Tissue
 // What moved since a pair was measured is subtracted; most need not be measured again.
 Scalar SpanOracle::distance_at(Scalar s) {
   ++result_.samples;
-  const RigidPose X = pose(*part_, span_->path.at(span_->s0 + s * (span_->s1 - span_->s0)));
+  const RigidPose X = part_->pose(span_->path.at(span_->s0 + s * (span_->s1 - span_->s0)));
   Scalar least = cap_;
   for (Pair& pair : pairs_) {
     if (pair.distance - std::abs(s - pair.s) * travel_ >= least) continue;

@@ -47,11 +47,26 @@ struct SpanDistance {
   std::int64_t samples = 0;
 };
 
+/// Longer motions are checked piece by piece, so that few pairs come near in each.
+inline constexpr Scalar kLongest = 1;
+
+/// The triangles of a part of a tool.
+struct SpanBody {
+  std::vector<Vector3> vertices;  // in T, or in the hinge's frame at angle 0
+  std::vector<TriangleIndices> triangles;
+  std::optional<RigidPose> X_TJ = {};  // of its hinge, number `hinge`
+  std::size_t hinge = 0;
+  Scalar reach = 0;  // from T's origin
+
+  RigidPose pose(const ToolPose& tool) const;
+};
+std::vector<SpanBody> span_bodies(const HapticTool& tool);
+
 /// Samples the distance of a part of a tool from an obstacle over a part of a span, both moving,
 /// with plain_distance() of all pairs of triangles whose boxes come closer than `cap`.
 class SpanOracle {
  public:
-  explicit SpanOracle(const HapticScene& scene);
+  explicit SpanOracle(const HapticTool& tool) : parts_(span_bodies(tool)) {}
 
   std::size_t part_count() const { return parts_.size(); }
   /// Until it is proven to stay at `wanted`, or the samples are closer than `resolution`.
@@ -59,27 +74,19 @@ class SpanOracle {
                      Scalar wanted, Scalar resolution);
 
  private:
-  struct Part {
-    std::vector<Vector3> vertices;  // in T, or in the hinge's frame at angle 0
-    std::vector<TriangleIndices> triangles;
-    std::optional<std::size_t> hinge;
-    Scalar reach = 0;  // from T's origin
-  };
   struct Pair {
     std::size_t tool, tissue;
     Scalar distance, s;  // where it was measured last
   };
 
   SpanDistance check_short(const SpanPart& span, Scalar cap);
-  RigidPose pose(const Part& part, const ToolPose& tool) const;
-  void find_pairs(const Part& part, const SpanPart& span, const TissuePath& tissue, Scalar cap);
+  void find_pairs(const SpanBody& part, const SpanPart& span, const TissuePath& tissue, Scalar cap);
   Scalar distance_at(Scalar s);
   void sample(Scalar s0, Scalar d0, Scalar s1, Scalar d1);
 
-  const std::vector<ToolHinge> hinges_;
-  std::vector<Part> parts_;
+  std::vector<SpanBody> parts_;
   // The current check.
-  const Part* part_ = nullptr;
+  const SpanBody* part_ = nullptr;
   const SpanPart* span_ = nullptr;
   const TissuePath* tissue_ = nullptr;
   Scalar cap_ = 0, wanted_ = 0, resolution_ = 0, travel_ = 0;

@@ -12,9 +12,6 @@ namespace {
 // besides the margin (docs/haptics.md).
 constexpr Scalar kTolerance = 0.3;
 constexpr Scalar kKept = kTolerance / 4;
-constexpr Scalar kRounding = 1e-7;     // literal: of numbers of size 300
-constexpr Scalar kResolution = 2e-3;   // between samples where the margin is not yet proven
-constexpr Scalar kLook = 0.3;          // pairs of triangles nearer than this are measured
 constexpr Scalar kTissueNoise = 1e-9;  // literal: rounding of positions of size 300, and of time
 
 // Some checks are made in one of so many ticks.
@@ -38,8 +35,19 @@ ToolPose once_more(const ToolPose& from, const ToolPose& to) {
 
 }  // namespace
 
-TickCheck::TickCheck(const HapticScene& scene, const HapticOptions& options)
-    : obstacles_(scene.obstacles), options_(options), oracle_(scene) {
+bool has_full_promise(Scalar start, Scalar margin, Scalar rest_offset) {
+  return start >= margin + kKept * rest_offset;
+}
+
+Scalar promised_distance(Scalar start, Scalar margin, Scalar rest_offset) {
+  if (has_full_promise(start, margin, rest_offset)) return margin + kKept * rest_offset;
+  const Scalar tolerance = std::min(kTolerance * rest_offset, start / 4);
+  const Scalar promised = start - 0.75 * tolerance;
+  return start >= margin ? std::max(promised, margin) : promised;
+}
+
+TickCheck::TickCheck(const HapticScene& scene, const HapticOptions& options, std::size_t tool)
+    : tool_(tool), obstacles_(scene.obstacles), options_(options), oracle_(scene.tools().at(tool)) {
   for (const ToolObstacle& obstacle : obstacles_) tissue_.emplace_back(obstacle);
 }
 
@@ -49,17 +57,18 @@ bool TickCheck::is_exempt() const {
 }
 
 void TickCheck::tell(const char* what, std::size_t obstacle, Scalar value, Scalar bound) const {
-  std::printf("tick %lld, status %d, obstacle %zu: %s %.9g, %.9g\n",
-              static_cast<long long>(number_), static_cast<int>(tick_->status), obstacle, what,
-              value, bound);
+  std::printf("tick %lld, tool %zu, status %d, obstacle %zu: %s %.9g, %.9g\n",
+              static_cast<long long>(number_), tool_, static_cast<int>(tick_->status), obstacle,
+              what, value, bound);
 }
 
-void TickCheck::check(const HapticSession& session, const DevicePose& device, Scalar dt) {
-  tick_ = &session.last();
+void TickCheck::check(const HapticSession& session, const DevicePose& device, Scalar dt,
+                      const SpanStart& beside) {
+  tick_ = &session.last(tool_);
   ++number_;
   for (TissuePath& path : tissue_) path.start_tick();
   distance_.assign(tissue_.size(), kInfinity);
-  start_ = {kInfinity, kInfinity};
+  start_ = beside;
   const std::vector<ToolWaypoint>& path = tick_->path;
   for (std::size_t i = 1; i < path.size(); ++i) {
     const Scalar length = path[i].time - path[i - 1].time;
@@ -115,21 +124,15 @@ void TickCheck::check_pair(std::size_t number, std::size_t body, const SpanPart&
   findings.samples += found.samples;
   distance_[number] = std::min(distance_[number], found.at_end);
   if (!is_hard(obstacle)) return;
-  const Scalar kept = margin + kKept * options_.rest_offset;
   const Scalar start = found.at_start;
-  start_.least = std::min(start_.least, start);
-  start_.least_excess = std::min(start_.least_excess, start - margin);
+  start_.add(start, margin);
   if (start < margin - kRounding && !is_exempt() && tick_->status != HapticStatus::InvalidInput) {
     ++findings.breaches;
     tell("starts untold within the margin", number, start, margin);
   }
   if (!(start > kRounding)) return;
-  Scalar promised = kept;
-  if (start < kept) {
-    const Scalar tolerance = std::min(kTolerance * options_.rest_offset, start / 4);
-    promised = start - 0.75 * tolerance;
-    if (start >= margin) promised = std::max(promised, margin);
-  } else {
+  const Scalar promised = promised_distance(start, margin, options_.rest_offset);
+  if (has_full_promise(start, margin, options_.rest_offset)) {
     findings.least_excess = std::min(findings.least_excess, found.least - margin);
     const bool is_proven = found.proven > margin;
     findings.unproven += !is_proven;

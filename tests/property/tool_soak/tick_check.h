@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -8,6 +9,26 @@
 #include "span_oracle.h"
 
 namespace dyop::testing {
+
+inline constexpr Scalar kRounding = 1e-7;    // literal: of numbers of size 300
+inline constexpr Scalar kResolution = 2e-3;  // between samples where the margin is not yet proven
+inline constexpr Scalar kLook = 0.3;         // pairs of triangles nearer than this are measured
+
+/// Distances at the starts of the motions of a tick, of what is kept apart.
+struct SpanStart {
+  Scalar least_excess = kInfinity;  ///< over the margin
+  Scalar least = kInfinity;
+
+  void add(Scalar start, Scalar margin) {
+    least = std::min(least, start);
+    least_excess = std::min(least_excess, start - margin);
+  }
+};
+
+/// What a motion that starts at a distance must keep, besides rounding (docs/haptics.md).
+Scalar promised_distance(Scalar start, Scalar margin, Scalar rest_offset);
+/// Whether it starts where the whole promise holds.
+bool has_full_promise(Scalar start, Scalar margin, Scalar rest_offset);
 
 /// What was checked, and which promises were broken.
 struct TickFindings {
@@ -21,6 +42,18 @@ struct TickFindings {
   std::int64_t broken() const {
     return breaches + unproven + wrong_clearances + wrong_tissue + wrong_statuses + early_breaches;
   }
+  TickFindings& operator+=(const TickFindings& other) {
+    near += other.near;
+    samples += other.samples;
+    least_excess = std::min(least_excess, other.least_excess);
+    breaches += other.breaches;
+    unproven += other.unproven;
+    wrong_clearances += other.wrong_clearances;
+    wrong_tissue += other.wrong_tissue;
+    wrong_statuses += other.wrong_statuses;
+    early_breaches += other.early_breaches;
+    return *this;
+  }
 };
 
 /// Looks over the shoulder of a tool session: samples every committed motion of every part of the
@@ -28,21 +61,19 @@ struct TickFindings {
 /// tick reports with what it finds (docs/haptics.md, "What is promised").
 class TickCheck {
  public:
-  TickCheck(const HapticScene& scene, const HapticOptions& options);
+  /// Of one of the scene's tools.
+  TickCheck(const HapticScene& scene, const HapticOptions& options, std::size_t tool);
 
   /// What the session was given, in the same order.
   TissuePath& tissue(std::size_t obstacle) { return tissue_[obstacle]; }
   /// After every update().
-  void check(const HapticSession& session, const DevicePose& device, Scalar dt);
+  /// @param beside What the tool was kept apart from besides obstacles.
+  void check(const HapticSession& session, const DevicePose& device, Scalar dt,
+             const SpanStart& beside);
 
   TickFindings findings;
 
  private:
-  struct Start {
-    Scalar least_excess;  // of a motion of the tick over the margin
-    Scalar least;
-  };
-
   void check_part(const SpanPart& part);
   void check_pair(std::size_t obstacle, std::size_t body, const SpanPart& part);
   void check_clearances();
@@ -52,6 +83,7 @@ class TickCheck {
   bool is_exempt() const;
   void tell(const char* what, std::size_t obstacle, Scalar value, Scalar bound) const;
 
+  const std::size_t tool_;
   const std::vector<ToolObstacle> obstacles_;
   const HapticOptions options_;
   SpanOracle oracle_;
@@ -60,7 +92,7 @@ class TickCheck {
   std::int64_t number_ = 0;
   const HapticTick* tick_ = nullptr;
   std::vector<Scalar> distance_;  // of each obstacle at the end, at most the cap
-  Start start_{};
+  SpanStart start_;
 };
 
 }  // namespace dyop::testing

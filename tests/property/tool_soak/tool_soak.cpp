@@ -8,8 +8,8 @@
 // them where other things go wrong too. After every tick each committed motion is sampled against
 // the tissue's motion, more densely the nearer they are, until it is proven that the margin was
 // kept between the samples too; the positions of the tissue, the clearances, the times to a breach
-// and the status that the session reports are compared as well. The exit code is 1 if any promise
-// was broken.
+// and the status that the session reports are compared as well; so are the distances between tools,
+// where the scene has several. The exit code is 1 if any promise was broken.
 
 #include <algorithm>
 #include <array>
@@ -24,6 +24,7 @@
 #include "dyop/io/haptic_scene_file.h"
 #include "tick_check.h"
 #include "tissue_cuts.h"
+#include "tools_check.h"
 
 namespace dyop::testing {
 namespace {
@@ -74,17 +75,25 @@ class Soak {
   Soak(const char* file, std::uint64_t seed, std::int64_t deadline_us, std::int64_t first)
       : run_(load_haptic_run(file)),
         session_(run_.scene, run_.options),
-        check_(run_.scene, run_.options),
+        between_(run_.scene, run_.options),
+        jumps_(session_.tool_count()),
         random_(seed),
         deadline_us_(deadline_us),
         tick_(first) {
+    for (std::size_t k = 0; k < session_.tool_count(); ++k) {
+      checks_.emplace_back(run_.scene, run_.options, k);
+    }
     for (const TissueFeed& feed : run_.tissue) {
       feeds_.emplace_back(feed, run_.scene.obstacles[feed.obstacle]);
     }
   }
 
   void step();
-  const TickFindings& findings() const { return check_.findings; }
+  TickFindings findings() const {
+    TickFindings sum = between_.findings;
+    for (const TickCheck& check : checks_) sum += check.findings;
+    return sum;
+  }
   Totals totals;
 
  private:
@@ -100,17 +109,23 @@ class Soak {
   bool cut(Feed& feed);
   int faults() const;
   Scalar odd_time();
-  DevicePose device();
+  DevicePose device(std::size_t tool);
+
+  // A device that is somewhere else for some ticks.
+  struct Jump {
+    int ticks = 0;
+    Vector3 by = Vector3::Zero();
+  };
 
   HapticRun run_;
   HapticSession session_;
-  TickCheck check_;
+  std::vector<TickCheck> checks_;  // by tool
+  ToolsCheck between_;
+  std::vector<Jump> jumps_;  // by tool
   std::mt19937_64 random_;
   const std::int64_t deadline_us_;
   std::int64_t tick_;
   std::vector<Feed> feeds_;
-  int jumping_ = 0;
-  Vector3 jump_ = Vector3::Zero();
 };
 
 // As soon as they are due, or up to three periods later.
@@ -124,7 +139,7 @@ void Soak::give_snapshot(Feed& feed) {
     feed.tissue.shape(feed.number + 1, feed.whole);
     std::vector<Vector3> next = feed.cuts.gather(feed.whole);
     if (!session_.give_snapshot(obstacle, next, feed.tissue.period)) return;
-    check_.tissue(obstacle).give(std::move(next), feed.tissue.period);
+    for (TickCheck& check : checks_) check.tissue(obstacle).give(next, feed.tissue.period);
   }
   ++feed.number;
   if (chance(feed.is_mesh_waiting ? 3 : 10)) {
@@ -149,7 +164,9 @@ bool Soak::give_mesh(Feed& feed) {
   }
   const std::size_t obstacle = feed.tissue.obstacle;
   if (!session_.give_mesh(obstacle, next, feed.cuts.triangles())) return false;
-  check_.tissue(obstacle).give_mesh(std::move(next), feed.cuts.triangles());
+  for (TickCheck& check : checks_) {
+    check.tissue(obstacle).give_mesh(next, feed.cuts.triangles());
+  }
   ++totals.cuts;
   return true;
 }
@@ -188,16 +205,17 @@ int Soak::faults() const {
   return kFaults;
 }
 
-DevicePose Soak::device() {
-  DevicePose device = run_.device(tick_);
-  if (jumping_ == 0 && chance(2000)) {
-    jumping_ = int(number(1, 20));
-    jump_ = Vector3(number(-1, 1), number(-1, 1), number(-1, 1)) * std::pow(10, number(0, 3));
+DevicePose Soak::device(std::size_t tool) {
+  DevicePose device = run_.device(tick_, tool);
+  Jump& jump = jumps_[tool];
+  if (jump.ticks == 0 && chance(2000)) {
+    jump.ticks = int(number(1, 20));
+    jump.by = Vector3(number(-1, 1), number(-1, 1), number(-1, 1)) * std::pow(10, number(0, 3));
     ++totals.jumps;
   }
-  if (jumping_ > 0) {
-    --jumping_;
-    device.p_WD += jump_;
+  if (jump.ticks > 0) {
+    --jump.ticks;
+    device.p_WD += jump.by;
   }
   if (chance(500)) {
     device.p_WD.x() = std::numeric_limits<Scalar>::quiet_NaN();
@@ -230,24 +248,30 @@ Scalar Soak::odd_time() {
 void Soak::step() {
   for (Feed& feed : feeds_) give_snapshot(feed);
   const Scalar dt = odd_time();
-  const DevicePose pose = device();
+  std::vector<DevicePose> poses;
+  for (std::size_t k = 0; k < checks_.size(); ++k) poses.push_back(device(k));
   const Scalar before = processor_us();
   if (deadline_us_ > 0) {
-    session_.update(pose, dt,
+    session_.update(poses, dt,
                     std::chrono::steady_clock::now() + std::chrono::microseconds(deadline_us_));
   } else if (chance(faults() / 2)) {
-    session_.replay(pose, dt, TickCutoff{std::int64_t(number(1, 400)), 0});
+    session_.replay(poses, dt, TickCutoff{std::int64_t(number(1, 400)), 0});
   } else {
-    session_.update(pose, dt);
+    session_.update(poses, dt);
   }
   totals.latency.push_back(processor_us() - before);
   ++tick_;
   ++totals.ticks;
   totals.cut_off += session_.last().cutoff.has_value();
-  const HapticStatus status = session_.last().status;
-  ++totals.statuses[std::size_t(status)];
-  totals.traps_before_cuts += status == HapticStatus::Trapped && faults() == kFaultsAtCuts;
-  check_.check(session_, pose, dt);
+  for (std::size_t k = 0; k < checks_.size(); ++k) {
+    const HapticStatus status = session_.last(k).status;
+    ++totals.statuses[std::size_t(status)];
+    totals.traps_before_cuts += status == HapticStatus::Trapped && faults() == kFaultsAtCuts;
+  }
+  between_.check(session_);
+  for (std::size_t k = 0; k < checks_.size(); ++k) {
+    checks_[k].check(session_, poses[k], dt, between_.start(k));
+  }
 }
 
 void print_totals(Totals& totals, const TickFindings& findings) {

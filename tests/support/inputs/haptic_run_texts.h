@@ -61,4 +61,31 @@ inline std::string elastic_haptic_scene() {
                      "fixed": [{"min": [-99, -99, -99], "max": [99, 99, -20]}]})");
 }
 
+/// The scene with a second tool, a rod on softer springs, that comes from the side, meets the first
+/// and goes back.
+inline std::string two_tools_haptic_scene() {
+  const std::string rod = R"("more_tools": [{
+      "position": [40, 0, 80],
+      "parts": [{"shaft": {"triangles": 100, "radius": 2, "length": 50}}],
+      "coupling": {"stiffness": 0.2, "rotational_stiffness": 500}
+    }],
+    "tool_margin": 0.1,
+    "tool_friction": 0.2,
+    "obstacles")";
+  std::string text = replaced(kSmallHapticScene, "\"obstacles\"", rod);
+  const std::string there = R"("angles": [0.3]}],
+     "more_paths": [[
+      {"t": 0, "position": [40, 0, 80], "angles": []},
+      {"t": 0.1, "position": [0, 0, 75], "angles": []},
+      {"t": 0.3, "position": [40, 0, 80], "angles": []}]]},
+    {"name": "aside")";
+  text = replaced(text, "\"angles\": [0.3]}]},\n    {\"name\": \"aside\"", there);
+  const std::string stays = R"("angles": [0.3]}],
+     "more_paths": [[
+      {"t": 0, "position": [40, 0, 80], "angles": []},
+      {"t": 0.1, "position": [60, 0, 80], "angles": []}]]}
+  ])";
+  return replaced(text, "\"angles\": [0.3]}]}\n  ]", stays);
+}
+
 }  // namespace dyop::testing
