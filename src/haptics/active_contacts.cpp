@@ -162,6 +162,18 @@ void ActiveContacts::carry(const Course& course, const PairProofs& proofs) {
   });
 }
 
+void ActiveContacts::keep() {
+  kept_.holds.assign(holds_.begin(), holds_.end());
+  kept_.from = holds_from_;
+  kept_.since = holds_since_;
+}
+
+void ActiveContacts::restore() {
+  holds_.assign(kept_.holds.begin(), kept_.holds.end());
+  holds_from_ = kept_.from;
+  holds_since_ = kept_.since;
+}
+
 // What holds stands now. Where it was closing in, solves had no end, and their forces grew until
 // friction could hold anything.
 void ActiveContacts::release() {

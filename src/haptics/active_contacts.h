@@ -64,6 +64,9 @@ class ActiveContacts {
   void add_hit(const HoldPoint& hit);
   /// Time in which they move with the tool and with tissue.
   void pass(Scalar time) { holds_since_ += time; }
+  /// Keeps what is known now while other motions are solved for; restore() goes back to it.
+  void keep();
+  void restore();
   /// The obstacle is another mesh now.
   void forget(std::size_t obstacle);
   /// The tool is elsewhere.
@@ -92,7 +95,14 @@ class ActiveContacts {
 
   const LoopScene& scene_;
   HoldSolver solver_;
+  struct Kept {
+    std::vector<HoldPoint> holds;
+    ToolPoses from;
+    Scalar since = 0;
+  };
+
   std::vector<HoldPoint> holds_;
+  Kept kept_;
   ToolPoses holds_from_;          // where they were found
   Scalar holds_since_ = 0;        // time since then
   bool was_hasty_ = false;        // the last search was cut off

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "core/tolerance.h"
@@ -162,7 +163,7 @@ HapticStatus status_of(const FollowReport& report, std::size_t tool, bool was_cu
   if (was_cut) return HapticStatus::Deadline;
   if (is_late) return HapticStatus::Trapped;
   if (report.at_goal[tool]) return HapticStatus::Free;
-  return report.is_held ? HapticStatus::Held : HapticStatus::Blocked;
+  return report.held[tool] ? HapticStatus::Held : HapticStatus::Blocked;
 }
 
 ContactState state_of(const Vector3& force_W, const Vector3& nhat_W, Scalar friction) {
@@ -486,21 +487,31 @@ bool is_crowded(const ToolContactPoint& point, Scalar spread,
   });
 }
 
-// To an obstacle and, of a soft region, the copy of it; first to that, so that what the tick has
-// seen of the obstacle is there of the copy.
-template <typename Give>
-bool give(const SessionState& state, const char* name, std::size_t number,
-          std::span<const Vector3> vertices, const Give& give_to) {
+// An obstacle after the copies of it that soft regions have, one for each tool.
+std::vector<DeformingObstacle*> with_copies(const SessionState& state, std::size_t number) {
   DeformingObstacle& tissue = deforming(state, number);
-  require_places(state, name, vertices);
-  if (tissue.has_next()) return false;
+  std::vector<DeformingObstacle*> all;
   for (const ToolState& tool : state.tools) {
     for (const auto& region : tool.soft_regions) {
       if (region->obstacle() != number) continue;
-      if (!give_to(static_cast<DeformingObstacle&>(region->region()))) return false;
+      all.push_back(static_cast<DeformingObstacle*>(&region->region()));
     }
   }
-  return give_to(tissue);
+  all.push_back(&tissue);
+  return all;
+}
+
+// To all or to none. To the copies first, so that what the tick has seen of the obstacle is there
+// of them.
+template <typename Give>
+bool give(const SessionState& state, const char* name, std::size_t number,
+          std::span<const Vector3> vertices, const Give& give_to) {
+  const std::vector<DeformingObstacle*> all = with_copies(state, number);
+  require_places(state, name, vertices);
+  // None of them gets a next one meanwhile: this thread alone gives.
+  if (std::ranges::any_of(all, &DeformingObstacle::has_next)) return false;
+  return std::ranges::all_of(all, give_to,
+                             [](DeformingObstacle* one) -> DeformingObstacle& { return *one; });
 }
 
 }  // namespace
@@ -743,8 +754,13 @@ std::vector<Vector3> HapticSession::tissue_vertices(std::size_t obstacle) const 
   return vertices;
 }
 
+// Copies may have been stopped for longer.
 std::int64_t HapticSession::snapshots_taken(std::size_t obstacle) const {
-  return deforming(*state_, obstacle).snapshots_taken();
+  std::int64_t least = std::numeric_limits<std::int64_t>::max();
+  for (const DeformingObstacle* one : with_copies(*state_, obstacle)) {
+    least = std::min(least, one->snapshots_taken());
+  }
+  return least;
 }
 
 const char* words_of(HapticStatus status) {

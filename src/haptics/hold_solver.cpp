@@ -75,7 +75,13 @@ void HoldSolver::place_bodies(const StepGoal& goal) {
   problem_.carriers.clear();
   problem_.rows.clear();
   problem_.bodies.emplace_back();  // kFixed
-  for (std::size_t k = 0; k < tools_.size(); ++k) place_tool(k, goal.from[k], goal.wish[k]);
+  for (std::size_t k = 0; k < tools_.size(); ++k) {
+    if (goal.moving[k]) {
+      place_tool(k, goal.from[k], goal.wish[k]);
+    } else {
+      problem_.bodies.resize(problem_.bodies.size() + 1 + tools_[k].hinges.size());
+    }
+  }
 }
 
 // All bodies are referred to T's origin.

@@ -14,11 +14,12 @@ namespace dyop::haptics_internal {
 /// The goal of a step.
 struct StepGoal {
   ToolPoses from;
-  ToolSteps wish;        ///< to the devices' poses
-  Scalar duration = 0;   ///< time during which tissue moves
-  Scalar rest_gap = 0;   ///< besides an obstacle's margin
-  Scalar recovery = 0;   ///< largest growth in the step of a gap below it
-  Scalar tolerance = 0;  ///< of the solve, length: largest that is accepted
+  ToolSteps wish;                ///< to the devices' poses
+  Scalar duration = 0;           ///< time during which tissue moves
+  Scalar rest_gap = 0;           ///< besides an obstacle's margin
+  Scalar recovery = 0;           ///< largest growth in the step of a gap below it
+  Scalar tolerance = 0;          ///< of the solve, length: largest that is accepted
+  ToolSet moving = all_tools();  ///< the others stand, whatever they are pushed with
 };
 
 /// Finds the step nearest to the wished one, in the energy of the coupling's springs, that the

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <bitset>
 #include <span>
 #include <vector>
 
 #include "haptics/obstacle.h"
 
 namespace dyop::haptics_internal {
-
-/// A bit for each tool.
-using ToolSet = std::bitset<kMostTools>;
 
 /// What is proven about a body and an obstacle at their current poses.
 struct ProxyPair {

@@ -126,6 +126,7 @@ FollowReport Proxy::follow(const PerTool<std::optional<ToolPose>>& goals, Scalar
   // Without a pull only what tissue pushes away.
   if (!stands) move_in_rounds(tick);
   wait(tick);
+  if (tick.is_pulled && tick.ended_early) move_one_by_one(tick);
   finish(stands, tick);
   return tick.report;
 }
@@ -157,6 +158,7 @@ void Proxy::move_in_rounds(Following& tick) {
     tick.report.committed += done;
     if (tick.is_pulled) add_impulses(done);
     if (done >= piece.duration) continue;
+    tick.ended_early = true;
     ++rounds;
     if (!(done > 0) || tick.clock.cutoff()) break;
     if (tick.is_short) wait(tick);
@@ -173,6 +175,28 @@ void Proxy::move_among_standing(Following& tick) {
   for (auto& path : paths_) {
     for (ToolWaypoint& waypoint : path) waypoint.time = 0;
   }
+}
+
+// All tools move for the same time, so that one that is stopped short stops the others, too, though
+// nothing may be in their way. While tissue and the other tools stand, each goes on by itself. What
+// holds them is that of their common motion.
+void Proxy::move_one_by_one(Following& tick) {
+  const std::size_t tools = scene_.tools.size();
+  if (tools == 1) return;
+  contacts_.keep();
+  const PerTool<Scalar> parts = goal_parts_;
+  const std::size_t known = paths_[0].size();
+  for (const auto& obstacle : scene_.obstacles) obstacle->stand(true);
+  for (std::size_t k = 0; k < tools && !tick.clock.is_over(); ++k) {
+    if (!is_at(k, tick.goal[k])) move({tick.dt, tick.dt, true, ToolSet().set(k)}, tick);
+  }
+  for (const auto& obstacle : scene_.obstacles) obstacle->stand(false);
+  for (std::size_t k = 0; k < tools; ++k) {
+    std::vector<ToolWaypoint>& path = paths_[k];
+    for (std::size_t i = known; i < path.size(); ++i) path[i].time = path[known - 1].time;
+  }
+  contacts_.restore();
+  goal_parts_ = parts;
 }
 
 // The tool waits while tissue goes on, as far as that is proven.
@@ -262,10 +286,12 @@ Scalar Proxy::move(const Piece& piece, Following& tick) {
   step_goal.rest_gap = scene_.options.rest_offset;
   step_goal.recovery = piece.is_standing ? 0 : scene_.options.recovery_speed * piece.duration;
   step_goal.tolerance = kSolveShare * scene_.options.rest_offset;
+  step_goal.moving = piece.moving;
   goal_parts_ = planned.part;
   const Motion motion = find_motion(step_goal, tick);
   if (!(motion.t_safe > 0)) return 0;
-  commit(ToolMotions(course_.pose, motion.steps, piece.duration, scene_.tools), motion.t_safe);
+  commit(ToolMotions(course_.pose, motion.steps, piece.duration, scene_.tools), motion.t_safe,
+         piece.moving);
   ++tick.work.pieces;
   return motion.t_safe;
 }
@@ -277,10 +303,13 @@ Proxy::Plan Proxy::plan(const ToolPoses& goal, const Piece& piece) const {
   const std::size_t leaving =
       out_W ? scene_.bodies[proofs_.pairs()[*escape_.pair()].body].tool : scene_.tools.size();
   if (out_W) whole[leaving] = {};
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    if (!piece.moving[k]) whole[k] = {};
+  }
   Scalar part = course_.pace * piece.duration / piece.remaining;
   part = std::min(part, contacts_.trocar_part(course_.pose, whole));
   Plan plan{scaled(whole, part), PerTool<Scalar>(scene_.tools.size(), part)};
-  if (!out_W) return plan;
+  if (!out_W || !piece.moving[leaving]) return plan;
   plan.wish[leaving].v_W = scene_.options.recovery_speed * piece.duration * *out_W;
   plan.part[leaving] = 1;
   return plan;
@@ -291,7 +320,7 @@ Proxy::Plan Proxy::plan(const ToolPoses& goal, const Piece& piece) const {
 Proxy::Motion Proxy::find_motion(const StepGoal& goal, Following& tick) {
   Motion best;
   proofs_.start_motion();
-  tick.report.is_held = false;
+  tick.report.held &= ~goal.moving;
   ToolSteps steps = goal.wish;
   for (int attempt = 0; attempt < scene_.options.max_attempts; ++attempt) {
     if (tick.clock.is_over()) break;
@@ -303,7 +332,7 @@ Proxy::Motion Proxy::find_motion(const StepGoal& goal, Following& tick) {
     const Proof proof = prove(motion, horizon, tick);
     if (proof.t_safe > best.t_safe) {
       best = {steps, proof.t_safe};
-      tick.report.is_held = proof.t_safe >= goal.duration && is_held;
+      if (proof.t_safe >= goal.duration && is_held) tick.report.held |= goal.moving;
       tick.is_short = horizon < goal.duration;
     }
     if (proof.t_safe >= horizon || proof.is_undecided || !proof.has_hit) break;
@@ -318,7 +347,7 @@ Scalar Proxy::stay(Scalar duration, Following& tick) {
   proofs_.start_motion();
   const ToolMotions motion(course_.pose, ToolSteps(scene_.tools.size()), duration, scene_.tools);
   const Proof proof = prove(motion, duration, tick);
-  if (proof.t_safe > 0) commit(motion, proof.t_safe);
+  if (proof.t_safe > 0) commit(motion, proof.t_safe, all_tools());
   return proof.t_safe;
 }
 
@@ -329,12 +358,14 @@ Proof Proxy::prove(const ToolMotions& motion, Scalar duration, Following& tick) 
   return proof;
 }
 
-void Proxy::commit(const ToolMotions& motion, Scalar t) {
+void Proxy::commit(const ToolMotions& motion, Scalar t, ToolSet moving) {
   proofs_.commit(course_.pose, motion, t);
   const ToolPoses before = std::exchange(course_.pose, motion.at(t));
-  course_.last_step = step_between(before, course_.pose);
-  course_.rate_before = std::exchange(course_.rate, scaled(course_.last_step, 1 / t));
   for (std::size_t k = 0; k < scene_.tools.size(); ++k) {
+    if (moving[k]) {
+      course_.last_step[k] = step_between(before[k], course_.pose[k]);
+      course_.rate_before[k] = std::exchange(course_.rate[k], scaled(course_.last_step[k], 1 / t));
+    }
     paths_[k].push_back({paths_[k].back().time + t, course_.pose[k]});
   }
   contacts_.pass(t);

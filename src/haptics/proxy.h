@@ -77,7 +77,7 @@ void Escape::try_next(const IsApart& is_apart) {
 struct FollowReport {
   Scalar committed = 0;  ///< time
   ToolSet at_goal;
-  bool is_held = false;  ///< the last motion went to its end, against holds
+  ToolSet held;  ///< whose last motion went to its end, against holds
   ToolSet recovering;
   ToolSet overlapping;
 };
@@ -142,7 +142,8 @@ class Proxy {
     WorkClock& clock;
     TickStatistics& work;
     FollowReport report = {};
-    bool is_short = false;  ///< the last motion ends before its step does
+    bool is_short = false;     ///< the last motion ends before its step does
+    bool ended_early = false;  ///< a motion did, or was proven no farther
 
     bool has_time() const;
   };
@@ -151,6 +152,7 @@ class Proxy {
     Scalar duration;
     Scalar remaining;  ///< of the tick
     bool is_standing = false;
+    ToolSet moving = all_tools();  ///< the others stand
   };
   struct Plan {
     ToolSteps wish;
@@ -171,9 +173,10 @@ class Proxy {
   void wait(Following& tick);
   void move_in_rounds(Following& tick);
   void move_among_standing(Following& tick);
+  void move_one_by_one(Following& tick);
   void look_for_escape(WorkClock& clock, TickStatistics& work);
   Proof prove(const ToolMotions& motion, Scalar duration, Following& tick);
-  void commit(const ToolMotions& motion, Scalar t);
+  void commit(const ToolMotions& motion, Scalar t, ToolSet moving);
   void add_impulses(Scalar time);
   void forget(std::size_t obstacle);
   bool is_at(std::size_t tool, const ToolPose& goal) const;

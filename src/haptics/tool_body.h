@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,6 +40,12 @@ class PerTool {
 };
 
 using ToolPoses = PerTool<ToolPose>;
+
+/// A bit for each tool.
+using ToolSet = std::bitset<kMostTools>;
+inline ToolSet all_tools() {
+  return ToolSet().set();
+}
 
 /// A mesh inflated by a ball: a mesh itself, or the core of a convex shape.
 struct CorePiece {

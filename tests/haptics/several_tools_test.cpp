@@ -287,6 +287,49 @@ TEST(SeveralTools, ADeadDeviceDoesNotStopTheOther) {
   EXPECT_NEAR(place_of(session, 0).x(), 0, 1e-3);  // and went on
 }
 
+// Deep in an organ that heaves, its hand tilting or jumping, one tool is held, slips and is stopped
+// short. The other, in free air, is where its own hand is all the same.
+TEST(SeveralTools, OneThatIsStoppedShortDoesNotHoldTheOther) {
+  int short_ticks = 0, behind = 0;
+  for (int run = 0; run < 6; ++run) {
+    std::mt19937_64 random(31 + run);
+    HapticScene scene;
+    scene.tool.push_back(part_of(std::make_shared<Box>(Vector3(1, 2, 3))));
+    scene.X_WT = RigidPose(Vector3(0, 0, 14));
+    HapticTool other;
+    other.parts.push_back(part_of(std::make_shared<Sphere>(1)));
+    other.X_WT = RigidPose(Vector3(40, 0, 0));
+    scene.more_tools.push_back(other);
+    const auto organ = testing::icosphere(3, 10);
+    scene.obstacles.push_back(testing::deforming_tissue(organ, 0.3));
+    const auto walls = std::make_shared<Box>(Vector3(1, 20, 20));
+    scene.obstacles.push_back(testing::rigid_tissue(walls, RigidPose(Vector3(-5, 0, 10)), 0.3));
+    HapticSession session(scene, haptic_options());
+    Devices devices{device_at({0, 0, 14}), device_at({40, 0, 0})};
+    const Vector3 turn = random_vector(1, random);
+    for (int k = 0; k < 600; ++k) {
+      if (k % 20 == 0) {
+        auto heaved = organ.vertices;
+        for (Vector3& v : heaved) v *= 1 + 0.05 * std::sin(0.02 * k + 0.1 * v.x());
+        session.give_snapshot(0, heaved, 0.02);
+      }
+      const Scalar t = 0.01 * k;
+      devices[0].p_WD = Vector3(-2 * std::sin(t), 3 * std::sin(2 * t), std::max(2.0, 14 - 4 * t));
+      if (k % 150 > 130) devices[0].p_WD += 20 * turn;
+      devices[0].q_WD = Quaternion(rotation_from_vector(Vector3(std::sin(3 * t) * turn)));
+      devices[1].p_WD = Vector3(40 + 3 * std::sin(5 * t), 3 * std::cos(5 * t), t);
+      session.update(devices, kMillisecond);
+      const bool is_short = session.last(0).status == HapticStatus::Blocked ||
+                            session.last(0).status == HapticStatus::Trapped;
+      const bool is_behind = (place_of(session, 1) - devices[1].p_WD).norm() > 1e-6;
+      short_ticks += is_short;
+      behind += is_behind;
+    }
+  }
+  EXPECT_GT(short_ticks, 15);
+  EXPECT_EQ(behind, 0);
+}
+
 // The same inputs give the same bits, wherever ticks were cut off, and nothing is allocated.
 TEST(SeveralTools, ReplayToTheBit) {
   HapticScene scene = two_balls(2, 6);
