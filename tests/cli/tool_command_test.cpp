@@ -69,7 +69,7 @@ TEST_F(ToolCommand, RunsSeveralTools) {
   EXPECT_GE(json.at("least_between_tools").at(0), 0.1);
   const CommandResult device = run_command({"tool", scene, "--device", "0"});
   EXPECT_EQ(device.exit_code, 2);
-  EXPECT_NE(device.err.find("serve one tool, the scene has 2"), std::string::npos) << device.err;
+  EXPECT_NE(device.err.find("once for each tool, 2 times, not 1"), std::string::npos) << device.err;
 }
 
 TEST_F(ToolCommand, ServesARunThatABrowserFollowsAndStops) {
@@ -169,6 +169,47 @@ TEST_F(LinkedTool, FollowsADeviceOverTcp) {
   };
   expect_that_the_tool_follows(exchange,
                                {"--device", "tcp:127.0.0.1:" + std::to_string(device.port())});
+}
+
+// One over UDP, one over TCP, each of which gets its own tool's answers.
+TEST_F(LinkedTool, SeveralFollowADeviceEach) {
+  const std::string scene =
+      directory_.write("two.json", testing::two_tools_haptic_scene()).string();
+  TransformLink sender(0), first(0), second(0);
+  TransformStream stream(0);
+  const std::uint16_t port = TransformLink(0).port();  // free again
+  const Vector3 places[]{{3, -2, 78}, {35, 5, 80}};
+  std::atomic<bool> is_done{false};
+  std::thread devices([&] {
+    while (!is_done) {
+      sender.send("127.0.0.1", port, {"Left", RigidPose(places[0])});
+      stream.send({"Right", RigidPose(places[1])});
+      stream.receive();
+      std::this_thread::sleep_for(std::chrono::microseconds(300));
+    }
+  });
+  const auto address = [](const TransformLink& link) {
+    return "127.0.0.1:" + std::to_string(link.port());
+  };
+  const CommandResult result =
+      run_command({"tool", scene, "--seconds", "1", "--device", std::to_string(port), "--device",
+                   "tcp:127.0.0.1:" + std::to_string(stream.port()), "--send", address(first),
+                   "--send", address(second), "-o", path("run.h5")});
+  is_done = true;
+  devices.join();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const HapticRecordingReader reader(path("run.h5"));
+  const RecordedTick last = reader.ticks(reader.tick_count() - 1, 1)[0];
+  EXPECT_EQ(last.device.p_WD, places[0]);
+  EXPECT_EQ(last.others.at(0).device.p_WD, places[1]);
+  EXPECT_LT((last.others[0].tool.X_WT.translation() - places[1]).norm(), 0.1);
+  // What came to the second receiver is the second tool.
+  Scalar nearest = kInfinity;
+  while (const auto message = second.receive()) {
+    if (message->name != "Tool") continue;
+    nearest = std::min(nearest, (message->pose.translation() - places[1]).norm());
+  }
+  EXPECT_LT(nearest, 10);
 }
 
 // So short that every tick which has anything to do is cut off; the replay is cut at the same

@@ -51,9 +51,9 @@ struct ToolArguments {
   Scalar seconds = 0;
   Scalar deadline = 0;
   bool is_paced = false;
-  std::string device;
+  std::vector<std::string> devices;  // by tool
   std::string listen = "127.0.0.1";
-  std::string receiver;
+  std::vector<std::string> receivers;
   bool is_live = false;
   LivePage live;
 };
@@ -104,27 +104,31 @@ void print_timing(const RunnerReport& report) {
 
 // Where poses come from, and where ticks go.
 struct ToolLinks {
-  std::unique_ptr<LinkedDevice> device;
-  std::unique_ptr<LinkedOutput> receiver;
+  std::vector<std::unique_ptr<LinkedDevice>> devices;  // by tool, or none
+  std::vector<std::unique_ptr<LinkedOutput>> receivers;
   std::unique_ptr<ToolOutput> recording;
   std::unique_ptr<LiveTool> live;
-  std::optional<DeviceMapping> to_hand;  // of the device's motions
+  std::vector<DeviceMapping> to_hand;  // of the devices' motions, or none
 
-  ToolWrench felt(const ToolWrench& wrench) const {
-    return to_hand ? to_hand->to_hand(wrench) : wrench;
+  void send(std::size_t tool, const HapticTick& tick) const {
+    const ToolWrench felt = to_hand.empty() ? tick.wrench : to_hand[tool].to_hand(tick.wrench);
+    if (!devices.empty()) devices[tool]->answer(tick, felt);
+    if (!receivers.empty()) receivers[tool]->send(tick, felt);
   }
 };
 
 ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   ToolLinks links;
-  if (!arguments.device.empty()) {
-    links.device = std::make_unique<LinkedDevice>(arguments.device, arguments.listen, run);
-    std::printf("device: %s\n", printable(links.device->name()).c_str());
+  const std::vector<HapticTool> tools = run.scene.tools();
+  for (std::size_t k = 0; k < arguments.devices.size(); ++k) {
+    links.devices.push_back(
+        std::make_unique<LinkedDevice>(arguments.devices[k], arguments.listen, run, tools[k]));
+    std::printf("device: %s\n", printable(links.devices[k]->name()).c_str());
     std::fflush(stdout);
-    if (run.mapping) links.to_hand.emplace(*run.mapping, run.scene.X_WT);
+    if (run.mapping) links.to_hand.emplace_back(*run.mapping, tools[k].X_WT);
   }
-  if (!arguments.receiver.empty()) {
-    links.receiver = std::make_unique<LinkedOutput>(arguments.receiver);
+  for (const std::string& receiver : arguments.receivers) {
+    links.receivers.push_back(std::make_unique<LinkedOutput>(receiver));
   }
   if (!arguments.recording.empty()) links.recording = make_tool_output(arguments.recording, run);
   if (arguments.is_live) {
@@ -158,15 +162,16 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
         session,
         [&](std::int64_t tick, std::span<DevicePose> devices) {
           for (std::size_t k = 0; k < devices.size(); ++k) {
-            devices[k] = links.device ? links.device->pose() : run.device(tick, k);
+            devices[k] = links.devices.empty() ? run.device(tick, k) : links.devices[k]->pose();
           }
         },
         recorded_feeds(run, links),
         [&](const TickRecord& record) {
           report.add(record);
-          const ToolWrench felt = links.felt(record.tick.wrench);
-          if (links.device) links.device->answer(record.tick, felt);
-          if (links.receiver) links.receiver->send(record.tick, felt);
+          links.send(0, record.tick);
+          for (std::size_t k = 0; k < record.others.size(); ++k) {
+            links.send(k + 1, record.others[k].tick);
+          }
           if (output != nullptr) output->add(record);
           if (links.live) links.live->add(record);
         },
@@ -199,17 +204,23 @@ RunnerReport run_linked(HapticSession& session, const HapticRun& run, Report& re
   return timing;
 }
 
+void require_one_each(const char* option, const std::vector<std::string>& given,
+                      std::size_t tools) {
+  DYOP_REQUIRE(given.empty() || given.size() == tools, option,
+               " must be given once for each tool, ", tools, " times, not ", given.size());
+}
+
 ExitCode run_tool(const ToolArguments& arguments) {
   if (arguments.is_replay) return replay_tool(arguments.scene);
   require_recording_name(arguments.recording);
   io_internal::require_other_than(arguments.recording, {arguments.scene});
   const InterruptGuard interrupt;
   HapticRun run = load_haptic_run(arguments.scene);
-  DYOP_REQUIRE(
-      run.scene.more_tools.empty() || (arguments.device.empty() && arguments.receiver.empty()),
-      "--device and --send serve one tool, the scene has ", 1 + run.scene.more_tools.size());
-  run.runner.is_paced = arguments.is_paced || arguments.is_live || !arguments.device.empty();
-  if (!arguments.device.empty()) {  // for the report
+  const std::size_t tools = 1 + run.scene.more_tools.size();
+  require_one_each("--device", arguments.devices, tools);
+  require_one_each("--send", arguments.receivers, tools);
+  run.runner.is_paced = arguments.is_paced || arguments.is_live || !arguments.devices.empty();
+  if (!arguments.devices.empty()) {  // for the report
     const DevicePose pose(run.scene.X_WT);
     run.strokes = {{"device", {{0, pose}, {1, pose}}}};
   }
@@ -227,9 +238,8 @@ ExitCode run_tool(const ToolArguments& arguments) {
   report.print();
   std::printf("the coupling is %spassive at this rate\n", session.is_passive() ? "" : "not ");
   print_timing(timing);
-  if (links.device) {
-    std::printf("%lld poses of the device were used\n",
-                static_cast<long long>(links.device->messages()));
+  for (const auto& device : links.devices) {
+    std::printf("%lld poses of the device were used\n", static_cast<long long>(device->messages()));
   }
   if (links.recording) {
     std::printf("recording: %zu bytes a tick\n", links.recording->bytes_per_tick());
@@ -260,16 +270,20 @@ void add_tool_command(CLI::App& app, ExitCode& exit_code) {
       ->add_option("--deadline", arguments->deadline,
                    "Seconds a tick may take, instead of the scene's")
       ->check(check_seconds);
-  command->add_option("--device", arguments->device,
-                      "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
-                      "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
-                      "connect to; port 0: any that is free");
+  command
+      ->add_option("--device", arguments->devices,
+                   "TRANSFORM messages of OpenIGTLink in place of the strokes, by the clock: "
+                   "PORT to listen on over UDP, tcp:PORT over TCP, or tcp:ADDRESS:PORT to "
+                   "connect to; port 0: any that is free; once for each tool")
+      ->allow_extra_args(false);
   command->add_option("--listen", arguments->listen,
                       "Address of this machine on which --device listens: by default only this "
                       "machine is heard; 0.0.0.0: every network");
-  command->add_option("--send", arguments->receiver,
-                      "ADDRESS:PORT that gets the tool's pose and the force as such messages, "
-                      "over UDP; over TCP the device gets them anyway");
+  command
+      ->add_option("--send", arguments->receivers,
+                   "ADDRESS:PORT that gets the tool's pose and the force as such messages, "
+                   "over UDP; over TCP the device gets them anyway; once for each tool")
+      ->allow_extra_args(false);
   command->add_flag("--live", arguments->is_live,
                     "By the clock, with a page that follows the run, on this machine only");
   add_live_options(*command, arguments->live);

@@ -49,11 +49,11 @@ TransformMessage force_message(const ToolWrench& wrench) {
 
 }  // namespace
 
-LinkedDevice::LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run)
-    : pose_(run.scene.X_WT) {
-  const HapticScene& scene = run.scene;
-  if (run.mapping) mapping_.emplace(*run.mapping, scene.X_WT);
-  for (std::size_t k = 0; k < scene.hinges.size(); ++k) pose_.angles[k] = scene.hinges[k].angle;
+LinkedDevice::LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run,
+                           const HapticTool& tool)
+    : pose_(tool.X_WT) {
+  if (run.mapping) mapping_.emplace(*run.mapping, tool.X_WT);
+  pose_.angles = tool.start().angles;
   const bool is_stream = link.starts_with(kStream);
   const std::string_view place = std::string_view(link).substr(is_stream ? kStream.size() : 0);
   if (const std::optional<std::uint16_t> port = port_of(place)) {

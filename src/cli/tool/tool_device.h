@@ -20,10 +20,11 @@ class LinkedDevice {
   /// @param listen Numeric IPv4 address to listen on, of this machine.
   /// @param link PORT: a UDP port to listen on; tcp:PORT: a TCP port; tcp:ADDRESS:PORT: to connect
   /// to, the address a numeric IPv4 one.
-  /// @param run For the pose until the first message, the angles of the hinges, and how the
+  /// @param run, tool For the pose until the first message, the angles of the hinges, and how the
   /// device's motions become the tool's.
   /// @throws InvalidArgument if the link is none of these.
-  LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run);
+  LinkedDevice(const std::string& link, const std::string& listen, const HapticRun& run,
+               const HapticTool& tool);
   ~LinkedDevice();
 
   /// The pose of the newest message. Messages are read and checked in a thread of their own.
