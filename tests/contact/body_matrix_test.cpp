@@ -13,6 +13,7 @@ namespace {
 
 using dyop::testing::random_index;
 using dyop::testing::random_number;
+using dyop::testing::random_vector;
 
 // The same matrix as a dense one.
 Eigen::MatrixXd dense_matrix(const ContactSystem& system, const std::vector<Matrix3>& D) {
@@ -36,6 +37,25 @@ Matrix3 random_matrix(bool is_symmetric, std::mt19937_64& random) {
   return is_symmetric ? square : Matrix3(square + 0.3 * A);
 }
 
+// The same with what one block's normal impulse does to another: add_between().
+void add_random_links(const ContactSystem& system, std::mt19937_64& random, BodyMatrix& matrix,
+                      Eigen::MatrixXd& H) {
+  const auto rows_of = [&](const Block& block) {
+    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3, H.cols());
+    if (block.slot_a >= 0) G.middleCols<6>(6 * block.slot_a) += block.G_a;
+    if (block.slot_b >= 0) G.middleCols<6>(6 * block.slot_b) += block.G_b;
+    return G;
+  };
+  for (std::size_t i = 0; i < system.blocks().size(); ++i) {
+    const Block& block = system.blocks()[i];
+    if (block.owner < 0) continue;
+    const Vector3 left = random_vector(1, random), right = random_vector(1, random);
+    matrix.add_between(system, i, left, std::size_t(block.owner), right);
+    H += rows_of(block).transpose() * left * right.transpose() *
+         rows_of(system.blocks()[std::size_t(block.owner)]);
+  }
+}
+
 // x solves the dense system, for every pattern of bodies and both kinds of matrices.
 TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
   std::mt19937_64 random(31);
@@ -45,16 +65,23 @@ TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
     wanted.bodies = 1 + random_index(20, random);
     wanted.contacts = random_index(3 * wanted.bodies, random);
     ContactSystem system;
-    const ContactProblem problem = testing::random_contact_problem(wanted, random);
+    ContactProblem problem = testing::random_contact_problem(wanted, random);
+    if (i % 3 == 1) {
+      for (PointContact& contact : problem.contacts) contact.torsional_friction = 0.1;
+    }
     system.build(i % 3 == 0 ? testing::with_divided_bodies(problem, random) : problem);
     const bool is_symmetric = i % 2 == 0;
     std::vector<Matrix3> D;
     for (std::size_t k = 0; k < system.blocks().size(); ++k) {
       D.push_back(random_matrix(is_symmetric, random));
+      if (system.blocks()[k].kind == BlockKind::Torsion) D.back().bottomRows<2>().setZero();
+      if (system.blocks()[k].kind == BlockKind::Torsion) D.back().rightCols<2>().setZero();
     }
     matrix.analyse(system);
     matrix.reset(is_symmetric);
     for (std::size_t k = 0; k < D.size(); ++k) matrix.add(system, k, D[k]);
+    Eigen::MatrixXd H = dense_matrix(system, D);
+    if (!is_symmetric) add_random_links(system, random, matrix, H);
     ASSERT_TRUE(matrix.factorise()) << "problem " << i;
     std::vector<Vector6> x(system.velocities().size());
     Eigen::VectorXd b(6 * Eigen::Index(x.size()));
@@ -63,7 +90,6 @@ TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
     matrix.solve(x);
     Eigen::VectorXd answer(b.size());
     for (std::size_t k = 0; k < x.size(); ++k) answer.segment<6>(6 * Eigen::Index(k)) = x[k];
-    const Eigen::MatrixXd H = dense_matrix(system, D);
     EXPECT_LE((H * answer - b).norm(), 1e-10 * H.norm() * answer.norm()) << "problem " << i;
   }
 }

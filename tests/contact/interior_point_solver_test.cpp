@@ -57,6 +57,27 @@ TEST(InteriorPointSolver, HoldsWhatStands) {
   }
 }
 
+// What rests needs no friction against turning, and where every contact presses it bears some that
+// it had before.
+TEST(InteriorPointSolver, HoldsWhatStandsWithFrictionAgainstTurning) {
+  for (const bool is_pile : {false, true}) {
+    for (const Scalar before : {0.0, is_pile ? 0.0 : 1e-4}) {
+      ContactProblem problem = is_pile ? pile_scene(5, 5) : stack_scene(10);
+      for (PointContact& contact : problem.contacts) {
+        contact.rolling_friction = 0.01;
+        contact.torsional_friction = 0.005;
+        contact.impulse_W = contact.nhat_AB_W;
+        contact.angular_impulse_W = Vector3::Constant(before);
+      }
+      const ContactReport report = rest(problem);
+      EXPECT_LE(report.residual, kTolerance) << before;
+      EXPECT_LE(report.newton_iterations, 16);
+      EXPECT_LE(dyop::testing::contact_residual(problem), 1.001 * kTolerance);
+      EXPECT_LE(dyop::testing::momentum_error(problem), 1e-12);
+    }
+  }
+}
+
 // The same problem with lengths so many times as large, and densities as they were.
 ContactProblem in_other_units(ContactProblem problem, Scalar length) {
   const Scalar mass = length * length * length;

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/assert.h"
+
 namespace dyop::contact_internal {
 namespace {
 
@@ -182,40 +184,63 @@ void BodyMatrix::add_row(const Block& block, std::size_t index, Scalar D) {
   if (!is_symmetric_) mirrored_[entry].noalias() += above * (D * below).transpose();
 }
 
-// x^T D y, and its mirror image.
+// x^T D y. Of a symmetric matrix what is above the diagonal is left out.
 void BodyMatrix::add_product(int slot_x, const Rows6& x, int slot_y, const Rows6& y,
                              const Matrix3& D) {
   if (slot_x < 0 || slot_y < 0) return;
   const int place_x = place_[std::size_t(slot_x)];
   const int place_y = place_[std::size_t(slot_y)];
-  const Rows6 Dx = D * x, Dy = D * y;
+  if (place_x < place_y && is_symmetric_) return;
+  const Rows6 Dy = D * y;
   if (place_x == place_y) {
     diagonal_[std::size_t(place_x)].noalias() += x.transpose().lazyProduct(Dy);
     return;
   }
-  const bool x_is_below = place_x > place_y;
   const std::size_t entry = entry_of(std::max(place_x, place_y), std::min(place_x, place_y));
-  entries_[entry].noalias() +=
-      x_is_below ? x.transpose().lazyProduct(Dy) : y.transpose().lazyProduct(Dx);
-  if (is_symmetric_) return;
-  mirrored_[entry].noalias() +=
-      x_is_below ? y.transpose().lazyProduct(Dx) : x.transpose().lazyProduct(Dy);
+  (place_x > place_y ? entries_ : mirrored_)[entry].noalias() += x.transpose().lazyProduct(Dy);
+}
+
+void BodyMatrix::add_between(const ContactSystem& system, std::size_t i, const Vector3& left,
+                             std::size_t k, const Vector3& right) {
+  const Block& block = system.blocks()[i];
+  const Block& other = system.blocks()[k];
+  DYOP_ASSERT(block.slot_a == other.slot_a && block.slot_b == other.slot_b, i, ' ', k);
+  const Vector6 a = block.G_a.transpose() * left, b = block.G_b.transpose() * left;
+  const Vector6 other_a = other.G_a.transpose() * right, other_b = other.G_b.transpose() * right;
+  const auto add_to_diagonal = [&](int slot, const Vector6& x, const Vector6& y) {
+    if (slot >= 0) {
+      diagonal_[std::size_t(place_[std::size_t(slot)])].noalias() += x * y.transpose();
+    }
+  };
+  add_to_diagonal(block.slot_a, a, other_a);
+  add_to_diagonal(block.slot_b, b, other_b);
+  if (block.slot_a < 0 || block.slot_b < 0) return;
+  const auto [entry, a_is_below] = mixed_[i];
+  entries_[entry].noalias() += (a_is_below ? a : b) * (a_is_below ? other_b : other_a).transpose();
+  mirrored_[entry].noalias() += (a_is_below ? b : a) * (a_is_below ? other_a : other_b).transpose();
 }
 
 void BodyMatrix::add_carried(const Block& block, const Matrix3& D) {
   const std::span<const Carried> carried = carried_by(block);
   for (std::size_t k = 0; k < carried.size(); ++k) {
-    const auto& [slot, G] = carried[k];
+    const int slot = carried[k].slot;
+    const Rows6& G = carried[k].G;
+    const auto add_both = [&](int other, const Rows6& other_G) {
+      add_product(other, other_G, slot, G, D);
+      add_product(slot, G, other, other_G, D);
+    };
     add_product(slot, G, slot, G, D);
-    add_product(block.slot_a, block.G_a, slot, G, D);
-    add_product(block.slot_b, block.G_b, slot, G, D);
-    for (std::size_t m = 0; m < k; ++m) add_product(carried[m].slot, carried[m].G, slot, G, D);
+    add_both(block.slot_a, block.G_a);
+    add_both(block.slot_b, block.G_b);
+    for (std::size_t m = 0; m < k; ++m) add_both(carried[m].slot, carried[m].G);
   }
 }
 
 void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
   const Block& block = system.blocks()[index];
-  if (block.kind == BlockKind::Row) return add_row(block, index, D(0, 0));
+  if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
+    return add_row(block, index, D(0, 0));
+  }
   if (block.carriers > 0) add_carried(block, D);
   Rows6 DG_a, DG_b;
   if (block.slot_a >= 0) {

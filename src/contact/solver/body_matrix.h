@@ -24,8 +24,13 @@ class BodyMatrix {
   // Sets the matrix to the identity, and chooses symmetric or general.
   void reset(bool is_symmetric = true);
 
-  // Adds G^T D G for the block with that index. Of a joint's row only the first entry of D counts.
+  // Adds G^T D G for the block with that index. Of a joint's row and of torsion only the first entry
+  // of D counts.
   void add(const ContactSystem& system, std::size_t index, const Matrix3& D);
+
+  // Adds G_i^T left right^T G_k for two blocks of the same bodies, to a general matrix.
+  void add_between(const ContactSystem& system, std::size_t i, const Vector3& left, std::size_t k,
+                   const Vector3& right);
 
   // Factorises in place. Returns false if a symmetric matrix is not positive definite, or a general
   // one has a singular pivot.

@@ -22,11 +22,11 @@ inline std::span<const Carried> carried_by(const Block& block) {
   return {block.carried, std::size_t(block.carriers)};
 }
 
-/// G y: a block's relative velocity, or its change, without what is free and compliance. A joint's
-/// row takes a third of the time.
+/// G y: a block's relative velocity, or its change, without what is free and compliance. One row, of
+/// a joint or torsion, takes a third of the time.
 inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
   Vector3 u = Vector3::Zero();
-  if (block.kind == BlockKind::Row) {
+  if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
     if (block.slot_a >= 0) u[0] += block.G_a.row(0).dot(y[std::size_t(block.slot_a)]);
     if (block.slot_b >= 0) u[0] += block.G_b.row(0).dot(y[std::size_t(block.slot_b)]);
     return u;
@@ -41,7 +41,7 @@ inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
 inline void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
   const auto add = [&](int slot, const Rows6& G) {
     if (slot < 0) return;
-    if (block.kind == BlockKind::Row) {
+    if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
       y[std::size_t(slot)] += lambda[0] * G.row(0).transpose();
     } else {
       y[std::size_t(slot)] += G.transpose() * lambda;

@@ -89,15 +89,21 @@ void InteriorPointSolver::begin(ContactSystem& system) {
   y_ = system.velocities();
   step_.resize(y_.size());
   matrix_.analyse(system);
-  best_residual_ = system.residual();
-  pairs_.resize(system.blocks().size());
-  start_lambda_.resize(pairs_.size());
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+  best_residual_ = 0;
+  pairs_.clear();
+  start_lambda_.clear();
+  for (std::size_t i = 0; i < system.blocks().size(); ++i) {
     const Block& block = system.blocks()[i];
-    Pair& pair = pairs_[i];
+    if (block.kind != BlockKind::Contact) continue;
+    pairs_.emplace_back().block = i;
+    start_lambda_.push_back(block.lambda);
+    const Scalar r = system.residual(block);
+    if (!(r <= best_residual_)) best_residual_ = r;  // NaN is kept
+  }
+  for (Pair& pair : pairs_) {
+    const Block& block = system.blocks()[pair.block];
     const Scalar mu = block.friction;
     pair.scale = mu > 0 ? Vector3(1 / mu, 1, 1) : Vector3(1, 0, 0);
-    start_lambda_[i] = block.lambda;
     const Vector3 impulse =
         mu > 0 ? Vector3(mu * block.lambda[0], block.lambda[1], block.lambda[2]) : block.lambda;
     pair.impulse = moved_inside(impulse, best_residual_ / block.weight);
@@ -111,9 +117,11 @@ void InteriorPointSolver::evaluate() {
   lacking_.resize(y_.size());
   for (std::size_t i = 0; i < y_.size(); ++i) lacking_[i] = -y_[i];
   product_ = 0;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    Block& block = system_->blocks()[i];
-    Pair& pair = pairs_[i];
+  for (const Block& block : system_->blocks()) {
+    if (block.kind != BlockKind::Contact) add_impulse(block, block.lambda, lacking_);
+  }
+  for (Pair& pair : pairs_) {
+    Block& block = system_->blocks()[pair.block];
     block.lambda = pair.scale.cwiseProduct(pair.impulse);
     add_impulse(block, block.lambda, lacking_);
     pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
@@ -123,25 +131,28 @@ void InteriorPointSolver::evaluate() {
 }
 
 void InteriorPointSolver::measure() {
-  residual_ = system_->residual();
-  held_residual_ = 0;
-  for (const Block& block : system_->blocks()) {
+  residual_ = held_residual_ = 0;
+  for (const Pair& pair : pairs_) {
+    const Block& block = system_->blocks()[pair.block];
     const Vector3 x = block.lambda - system_->relative_velocity(block) / block.weight;
-    const Scalar r = (block.lambda - project(block, x, 0)).norm() * block.weight;
-    if (!(r <= held_residual_)) held_residual_ = r;  // NaN is kept
+    const Scalar held = (block.lambda - project(block, x, 0)).norm() * block.weight;
+    const Scalar r = system_->residual(block);
+    if (!(held <= held_residual_)) held_residual_ = held;  // NaN is kept
+    if (!(r <= residual_)) residual_ = r;
   }
   if (!(residual_ < best_residual_)) return;
   best_residual_ = residual_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) best_lambda_[i] = system_->blocks()[i].lambda;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    best_lambda_[i] = system_->blocks()[pairs_[i].block].lambda;
+  }
 }
 
 bool InteriorPointSolver::factorise() {
   matrix_.reset();
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    Pair& pair = pairs_[i];
+  for (Pair& pair : pairs_) {
     pair.scaling = ConeScaling(pair.velocity, pair.impulse);
     const Matrix3 root = pair.scaling.inverse * pair.scale.asDiagonal();
-    matrix_.add(*system_, i, root.transpose() * root);
+    matrix_.add(*system_, pair.block, root.transpose() * root);
   }
   return matrix_.factorise();
 }
@@ -149,19 +160,17 @@ bool InteriorPointSolver::factorise() {
 // The steps that change the scaled products by `wanted`, and close all gaps.
 void InteriorPointSolver::solve() {
   step_ = lacking_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    Pair& pair = pairs_[i];
+  for (Pair& pair : pairs_) {
     const ConeScaling& scaling = pair.scaling;
     pair.wanted = cone_quotient(scaling.middle, pair.wanted);
     const Vector3 impulse = scaling.inverse * (pair.wanted - scaling.inverse * pair.gap);
-    add_impulse(system_->blocks()[i], pair.scale.cwiseProduct(impulse), step_);
+    add_impulse(system_->blocks()[pair.block], pair.scale.cwiseProduct(impulse), step_);
   }
   matrix_.solve(step_);
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    Pair& pair = pairs_[i];
+  for (Pair& pair : pairs_) {
     const ConeScaling& scaling = pair.scaling;
     pair.velocity_step =
-        pair.scale.cwiseProduct(velocity_of(system_->blocks()[i], step_)) + pair.gap;
+        pair.scale.cwiseProduct(velocity_of(system_->blocks()[pair.block], step_)) + pair.gap;
     pair.impulse_step = scaling.inverse * (pair.wanted - scaling.inverse * pair.velocity_step);
   }
 }
@@ -207,9 +216,8 @@ bool InteriorPointSolver::keeps_going(Scalar before, Scalar step) const {
 
 void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
                                   ContactReport& report) {
-  const auto is_contact = [](const Block& block) { return block.kind == BlockKind::Contact; };
-  if (options.newton_limit == 0) return;
-  if (!std::all_of(system.blocks().begin(), system.blocks().end(), is_contact)) return;
+  if (options.newton_limit == 0 || !system.has_contacts()) return;
+  if (system.blocks().front().kind == BlockKind::Row) return;  // they come first
   begin(system);
   Scalar step = 1;
   Scalar before = kInfinity;
@@ -235,7 +243,12 @@ void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOpti
   }
   const bool is_near = best_residual_ <= kKeptPart * system.residual_without_impulses();
   const std::vector<Vector3>& kept = is_near ? best_lambda_ : start_lambda_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) system.blocks()[i].lambda = kept[i];
+  for (std::size_t i = 0; i < pairs_.size(); ++i) system.blocks()[pairs_[i].block].lambda = kept[i];
+  for (Block& block : system.blocks()) {
+    if (block.owner < 0) continue;
+    const Scalar bound = system.blocks()[std::size_t(block.owner)].lambda[0];
+    block.lambda = project(block, block.lambda, bound);
+  }
   system.update_velocities();
 }
 

@@ -43,7 +43,8 @@ struct ConeScaling {
 // found by a primal-dual interior point method with Mehrotra's predictor ([Mehrotra1992]) in about
 // ten factorisations, however many contacts are redundant. Where bodies rest that is the answer.
 // Where something slides it is not: the run is given up as soon as that shows. Only for systems
-// that consist of contacts.
+// without rows of joints; impulses of rolling and torsional friction stay as they are: where bodies
+// rest they are as good as any.
 class InteriorPointSolver {
  public:
   // Leaves the impulses found in the system if they nearly solve it, else those it had. Counts its
@@ -54,6 +55,7 @@ class InteriorPointSolver {
   // State of one contact. Scaled by the coefficient, impulses and velocities are both in the same
   // cone.
   struct Pair {
+    std::size_t block;
     Vector3 scale;              // velocity = scale * u, lambda = scale * impulse, by component
     Vector3 impulse, velocity;  // inside the cone
     Vector3 gap;                // what the velocity lacks to be that of y
@@ -74,7 +76,7 @@ class InteriorPointSolver {
 
   ContactSystem* system_ = nullptr;
   BodyMatrix matrix_;
-  std::vector<Pair> pairs_;
+  std::vector<Pair> pairs_;  // of contacts
   std::vector<Vector3> start_lambda_, best_lambda_;
   std::vector<Vector6> y_, step_, lacking_;  // lacking_: what y lacks to be that of the impulses
   Scalar product_ = 0;                       // mean of impulse . velocity

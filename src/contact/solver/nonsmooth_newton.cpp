@@ -70,11 +70,17 @@ void NonsmoothNewton::evaluate() {
 }
 
 // With D the derivative of P, B that of u~ by u, and c the compliance, the step of lambda solves
-//   step = missing + D ((1 - softness) step - rho (B du + c step)).
-// What bounds rolling and torsional friction is held.
+//   step = missing + D ((1 - softness) step - rho (B du + c step)) + d dr.
+// r, the bound of rolling and torsional friction, is the normal impulse of their contact, and d what
+// P changes with it: where the bound is met, the direction.
 void NonsmoothNewton::linearise(const Block& block, Law& law) const {
   const Scalar rho = kStepSize / block.weight;
   const Matrix3 D = project_derivative(block, law.raw, radius_of(block));
+  law.along.setZero();
+  if (block.owner >= 0) {
+    const Scalar length = law.raw.norm();
+    if (length > radius_of(block)) law.along = law.raw / length;
+  }
   if (D.isZero(0)) {
     law.gain.setIdentity();
     law.stiffness.setZero();
@@ -83,6 +89,7 @@ void NonsmoothNewton::linearise(const Block& block, Law& law) const {
   Matrix3 own = Matrix3::Identity() - (1 - softness_) * D;
   own.col(0) += rho * block.compliance * D.col(0);
   law.gain = own.inverse();
+  if (block.owner >= 0) law.along = law.gain * law.along;
   Matrix3 slope = rho * D;
   const Scalar sliding = tangent_length(law.u);
   if (block.kind == BlockKind::Contact && sliding > 0) {
@@ -101,14 +108,22 @@ bool NonsmoothNewton::step() {
     Law& law = laws_[i];
     linearise(blocks[i], law);
     law.step = law.gain * law.missing;
-    add_impulse(blocks[i], law.step, y_step_);
     if (!law.stiffness.isZero(0)) matrix_.add(*system_, i, law.stiffness);
+    if (law.along.isZero(0)) {
+      add_impulse(blocks[i], law.step, y_step_);
+      continue;
+    }
+    const auto owner = std::size_t(blocks[i].owner);  // an earlier block
+    add_impulse(blocks[i], law.step + laws_[owner].step[0] * law.along, y_step_);
+    matrix_.add_between(*system_, i, law.along, owner, laws_[owner].stiffness.row(0));
   }
   if (!matrix_.factorise()) return false;
   matrix_.solve(y_step_);
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    laws_[i].step -= laws_[i].stiffness * velocity_of(blocks[i], y_step_);
-    blocks[i].lambda += laws_[i].step;
+    Law& law = laws_[i];
+    law.step -= law.stiffness * velocity_of(blocks[i], y_step_);
+    if (!law.along.isZero(0)) law.step += laws_[std::size_t(blocks[i].owner)].step[0] * law.along;
+    blocks[i].lambda += law.step;
   }
   system_->update_velocities();
   return true;

@@ -34,6 +34,7 @@ class NonsmoothNewton {
     Vector3 best = Vector3::Zero();       // lambda with the least error
     Matrix3 gain = Matrix3::Zero();       // change of lambda per change of `missing`
     Matrix3 stiffness = Matrix3::Zero();  // minus its change per change of u
+    Vector3 along = Vector3::Zero();      // its change per change of the bound, of turning
   };
 
   void begin(ContactSystem& system);
