@@ -171,8 +171,11 @@ TEST(HapticSceneFile, SaysWhatIsWrongWithElasticTissue) {
   expect("\"liver\": {\"triangles\": 1000}", "\"wall\": {\"triangles\": 1000}", "closed");
 }
 
-TEST(HapticSceneFile, TheSceneOfTheExampleIsValid) {
-  const HapticRun run = load_haptic_run(DYOP_SURGERY_SCENE);
+TEST(HapticSceneFile, TheScenesOfTheExamplesAreValid) {
+  const std::string folder = DYOP_SURGERY_SCENES;
+  EXPECT_EQ(load_haptic_run(folder + "/soft-liver.json").tissue.size(), 2u);
+  EXPECT_EQ(load_haptic_run(folder + "/two-hands.json").scene.tools().size(), 2u);
+  const HapticRun run = load_haptic_run(folder + "/scene.json");
   std::size_t triangles = 0;
   for (const ToolObstacle& obstacle : run.scene.obstacles) triangles += obstacle.triangles.size();
   EXPECT_GT(triangles, 40000u);
