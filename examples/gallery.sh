@@ -81,10 +81,15 @@ if is_wanted planning && [ -x "$planner" ]; then
   show_one planning 3 "theme=light&show=trails&body=hand"
   echo planning
 fi
-if is_wanted tool; then
-  "$dyop" tool examples/surgery/scene.json -o "$out/tool.h5" > "$out/tool.txt"
-  show_one tool 2.2 "theme=light"
-  echo tool
+make_tool() {
+  local name=$1 scene=$2 time=$3 link=$4
+  "$dyop" tool "$scene" -o "$out/$name.h5" > "$out/$name.txt"
+  show_one "$name" "$time" "$link"
+  echo "$name"
+}
+if is_wanted tool; then make_tool tool examples/surgery/scene.json 2.2 "theme=light"; fi
+if is_wanted hands; then
+  make_tool hands examples/surgery/two-hands.json 8.3 "theme=light&cam=200,-230,190,55,0,85"
 fi
 if is_wanted paper; then
   "$dyop" paper --out "$out/paper" > "$out/paper.txt"
