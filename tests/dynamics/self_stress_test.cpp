@@ -49,17 +49,23 @@ void expect_proof(const ContactProblem& problem, std::size_t movable, const Self
     EXPECT_LE((impulse - normal * contact.nhat_AB_W).norm(),
               contact.friction * normal * (1 + 1e-12) + 1e-12);
     work -= contact.target * normal;
-    const auto act = [&](std::size_t body, const Vector3& r_W, const Vector3& p_W) {
+    const Vector3& angular = stress.angular_impulses_W[i];
+    const Scalar spin = angular.dot(contact.nhat_AB_W);
+    EXPECT_LE(std::abs(spin), contact.torsional_friction * normal * (1 + 1e-12) + 1e-12);
+    EXPECT_LE((angular - spin * contact.nhat_AB_W).norm(),
+              contact.rolling_friction * normal * (1 + 1e-12) + 1e-12);
+    const auto act = [&](std::size_t body, const Vector3& r_W, Scalar sign) {
       if (body < movable) {
-        force[body] += p_W;
-        torque[body] += r_W.cross(p_W);
+        force[body] += sign * impulse;
+        torque[body] += sign * (r_W.cross(impulse) + angular);
       } else {
         const ContactBody& given = problem.bodies[body];
-        work += p_W.dot(given.free_v_W + given.free_w_W.cross(r_W));
+        work += sign * (impulse.dot(given.free_v_W + given.free_w_W.cross(r_W)) +
+                        angular.dot(given.free_w_W));
       }
     };
-    act(contact.body_a, contact.r_a_W, -impulse);
-    act(contact.body_b, contact.r_b_W, impulse);
+    act(contact.body_a, contact.r_a_W, -1);
+    act(contact.body_b, contact.r_b_W, 1);
   }
   EXPECT_LT(work, 0);
   for (std::size_t i = 0; i < movable; ++i) {
@@ -94,6 +100,30 @@ TEST(SelfStress, LocksABallInAWedgeBelowTheFrictionAngleOnly) {
     expect_proof(locked, 1, *stress);
     EXPECT_FALSE(find_self_stress(wedge(angle, 0.999 * limit, R, 1e-3), 1)) << degrees;
     EXPECT_FALSE(find_self_stress(wedge(angle, 1.001 * limit, R, -1e-3), 1)) << "it opens";
+  }
+}
+
+// A ball between a floor and a ceiling that slides or spins: it rolls or spins along, unless it
+// resists that, however little.
+TEST(SelfStress, CountsRollingAndTorsionalFriction) {
+  std::mt19937_64 random(7);
+  for (const bool spins : {false, true}) {
+    for (const Scalar resistance : {0.0, 1e-3, 0.1}) {
+      const Matrix3 R = random_rotation(random).toRotationMatrix();
+      const Vector3 up = R * Vector3::UnitZ();
+      ContactProblem problem;
+      problem.bodies = {movable_body(3, 0.02), ContactBody(), ContactBody()};
+      problem.contacts = {contact_of(1, 0, -0.2 * up, up, 0.5),
+                          contact_of(2, 0, 0.2 * up, -up, 0.5)};
+      (spins ? problem.bodies[2].free_w_W : problem.bodies[2].free_v_W) = R * Vector3::UnitZ();
+      if (!spins) problem.bodies[2].free_v_W = R * Vector3::UnitX();
+      for (PointContact& contact : problem.contacts) {
+        (spins ? contact.torsional_friction : contact.rolling_friction) = resistance;
+      }
+      const auto stress = find_self_stress(problem, 1);
+      EXPECT_EQ(stress.has_value(), resistance > 0) << spins << ' ' << resistance;
+      if (stress) expect_proof(problem, 1, *stress);
+    }
   }
 }
 

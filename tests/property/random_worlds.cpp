@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Random worlds: 2 to 40 bodies of all shapes at three scales, stirrers, joints, springs.
-//   random_worlds COUNT [SEED] [STEPS]
+//   random_worlds COUNT [SEED] [STEPS] [turning]
+// With `turning` all bodies resist rolling and spinning.
 // Every committed step is sampled and the distances measured by an oracle that shares nothing with
 // the library; a pair nearer than its target, a stall, an unexpected end and energy from nowhere
 // are faults. Prints what was met and exits with 1 if there was a fault.
@@ -47,7 +48,8 @@ struct Tally {
 
 class RandomWorld {
  public:
-  explicit RandomWorld(std::uint64_t seed) : random_(seed), seed_(seed) {
+  RandomWorld(std::uint64_t seed, bool has_turning)
+      : random_(seed), turning_(seed), seed_(seed), has_turning_(has_turning) {
     constexpr Scalar kScales[] = {1, 1e-3, 1e3};  // literal: sizes of scenes
     scale_ = kScales[seed % 3];
     WorldOptions options;
@@ -129,7 +131,11 @@ class RandomWorld {
     return sum;
   }
 
-  void add(const BodyDefinition& definition) {
+  void add(BodyDefinition definition) {
+    if (has_turning_) {
+      definition.rolling_friction = scale_ * random_number(0, 0.05, turning_);
+      definition.torsional_friction = scale_ * random_number(0, 0.05, turning_);
+    }
     Body body;
     body.id = world_->add_body(definition);
     body.shape = definition.shape;
@@ -291,7 +297,9 @@ class RandomWorld {
   }
 
   std::mt19937_64 random_;
+  std::mt19937_64 turning_;  // its own: worlds with and without it are otherwise the same
   std::uint64_t seed_;
+  const bool has_turning_;
   Scalar scale_ = 1;
   bool is_stirred_ = false;
   std::unique_ptr<World> world_;
@@ -324,9 +332,10 @@ int main(int argc, char** argv) {
   const int count = argc > 1 ? std::atoi(argv[1]) : 20;
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
   const int steps = argc > 3 ? std::atoi(argv[3]) : 80;
+  const bool has_turning = argc > 4 && std::string(argv[4]) == "turning";
   Tally tally;
   for (int i = 0; i < count; ++i) {
-    RandomWorld world(first + std::uint64_t(i));
+    RandomWorld world(first + std::uint64_t(i), has_turning);
     tally.bodies += std::int64_t(world.body_count());
     try {
       world.run(steps, tally);

@@ -23,6 +23,7 @@ struct Generator {
   std::size_t index = 0;       // of the contact or row
   std::optional<Scalar> sign;  // of a row
   Vector3 impulse_W = Vector3::Zero();
+  Vector3 angular_W = Vector3::Zero();
   Scalar prescribed_work = 0;  // on the bodies that move as they are given
   Eigen::VectorXd column;
 };
@@ -37,11 +38,12 @@ class StressSearch {
   SelfStress stress() const;
 
  private:
-  Generator impulse_at(std::size_t contact, const Vector3& impulse_W) const;
+  Generator impulse_at(std::size_t contact, const Vector3& impulse_W,
+                       const Vector3& angular_W) const;
   Generator impulse_of_row(std::size_t row, Scalar sign) const;
   Generator column_of(std::size_t a, std::size_t b, const Vector3& j_av_W, const Vector3& j_aw_W,
                       const Vector3& j_bv_W, const Vector3& j_bw_W) const;
-  Vector3 steepest(std::size_t contact) const;
+  Generator steepest(std::size_t contact) const;
   bool add_best();
   bool fit();
   void take_residual();
@@ -69,11 +71,13 @@ StressSearch::StressSearch(const ContactProblem& problem, std::size_t movable)
   }
   for (const PointContact& contact : problem.contacts) {
     length_ += contact.r_a_W.norm() + contact.r_b_W.norm();
+    const Scalar turning = std::max(contact.rolling_friction, contact.torsional_friction);
     for (const auto& [index, r_W] :
          {std::pair(contact.body_a, contact.r_a_W), std::pair(contact.body_b, contact.r_b_W)}) {
       if (index < movable) continue;
       const ContactBody& body = problem.bodies[index];
-      speed_ = std::max(speed_, (body.free_v_W + body.free_w_W.cross(r_W)).norm());
+      speed_ = std::max({speed_, (body.free_v_W + body.free_w_W.cross(r_W)).norm(),
+                         turning * body.free_w_W.norm()});
     }
   }
   length_ /= 2 * std::max(Scalar(problem.contacts.size()), Scalar{1});
@@ -112,13 +116,15 @@ Generator StressSearch::column_of(std::size_t a, std::size_t b, const Vector3& j
   return result;
 }
 
-Generator StressSearch::impulse_at(std::size_t contact, const Vector3& impulse_W) const {
+Generator StressSearch::impulse_at(std::size_t contact, const Vector3& impulse_W,
+                                   const Vector3& angular_W) const {
   const PointContact& entry = problem_.contacts[contact];
   Generator result =
-      column_of(entry.body_a, entry.body_b, -impulse_W, -entry.r_a_W.cross(impulse_W), impulse_W,
-                entry.r_b_W.cross(impulse_W));
+      column_of(entry.body_a, entry.body_b, -impulse_W, -entry.r_a_W.cross(impulse_W) - angular_W,
+                impulse_W, entry.r_b_W.cross(impulse_W) + angular_W);
   result.index = contact;
   result.impulse_W = impulse_W;
+  result.angular_W = angular_W;
   const Vector3 wanted_W = entry.target * entry.nhat_AB_W + entry.sticking_velocity_W;
   result.column[result.column.size() - 1] -= wanted_W.dot(impulse_W) / speed_;
   return result;
@@ -134,16 +140,25 @@ Generator StressSearch::impulse_of_row(std::size_t row, Scalar sign) const {
 }
 
 // Where in the cone of a contact the residual falls fastest. A column is linear in its impulse.
-Vector3 StressSearch::steepest(std::size_t contact) const {
+Generator StressSearch::steepest(std::size_t contact) const {
   const PointContact& entry = problem_.contacts[contact];
-  Vector3 gradient;
+  const Vector3& n = entry.nhat_AB_W;
+  const auto unit_across = [&](const Vector3& v) {
+    const Vector3 across = v - n * n.dot(v);
+    const Scalar length = across.norm();
+    return length > 0 ? Vector3(across / length) : Vector3::Zero();
+  };
+  Vector3 gradient, turning = Vector3::Zero();
+  const bool resists_turning = entry.rolling_friction > 0 || entry.torsional_friction > 0;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    gradient[k] = impulse_at(contact, Vector3::Unit(k)).column.dot(residual_);
+    const Vector3 axis = Vector3::Unit(k);
+    gradient[k] = impulse_at(contact, axis, Vector3::Zero()).column.dot(residual_);
+    if (!resists_turning) continue;
+    turning[k] = impulse_at(contact, Vector3::Zero(), axis).column.dot(residual_);
   }
-  const Vector3 across = gradient - entry.nhat_AB_W * entry.nhat_AB_W.dot(gradient);
-  const Scalar length = across.norm();
-  if (!(length > 0)) return entry.nhat_AB_W;
-  return entry.nhat_AB_W + friction_of(problem_, entry) / length * across;
+  const Scalar spin = std::copysign(entry.torsional_friction, n.dot(turning));
+  return impulse_at(contact, n + friction_of(problem_, entry) * unit_across(gradient),
+                    entry.rolling_friction * unit_across(turning) + spin * n);
 }
 
 // Returns whether some impulse in the cones makes the residual smaller.
@@ -156,7 +171,7 @@ bool StressSearch::add_best() {
     most = candidate.column.dot(residual_) / norm;
     best = std::move(candidate);
   };
-  for (std::size_t i = 0; i < problem_.contacts.size(); ++i) consider(impulse_at(i, steepest(i)));
+  for (std::size_t i = 0; i < problem_.contacts.size(); ++i) consider(steepest(i));
   for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
     const JointRow& row = problem_.rows[i];
     if (row.compliance > 0) continue;
@@ -221,6 +236,7 @@ bool StressSearch::find(Scalar imbalance) {
 SelfStress StressSearch::stress() const {
   SelfStress result;
   result.impulses_W.resize(problem_.contacts.size(), Vector3::Zero());
+  result.angular_impulses_W.resize(problem_.contacts.size(), Vector3::Zero());
   result.row_impulses.resize(problem_.rows.size(), 0);
   std::vector<Scalar> work(problem_.contacts.size(), 0);
   for (std::size_t i = 0; i < used_.size(); ++i) {
@@ -230,6 +246,7 @@ SelfStress StressSearch::stress() const {
       result.row_impulses[used.index] += weight * *used.sign;
     } else {
       result.impulses_W[used.index] += weight * used.impulse_W;
+      result.angular_impulses_W[used.index] += weight * used.angular_W;
       work[used.index] += weight * used.prescribed_work;
     }
   }
