@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,7 @@
 
 #include "core/tolerance.h"
 #include "distance/distance_traversal.h"
+#include "distance/near_boxes.h"
 #include "distance/near_features.h"
 #include "distance/piece_distance.h"
 #include "distance/point_search.h"
@@ -18,6 +20,7 @@
 #include "dyop/core/types.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
+#include "geometry/box_surface.h"
 #include "geometry/compound_tree.h"
 #include "geometry/shape_tree.h"
 #include "hierarchy/box_gaps.h"
@@ -78,6 +81,7 @@ class PointGrid {
 namespace dyop {
 namespace {
 
+using geometry_internal::kBoxEdges;
 using geometry_internal::ShapeTree;
 
 // The surface of a shape's core as a mesh, and the radius around it. A smooth core has no surface.
@@ -167,6 +171,8 @@ class ContactGathering {
   void run();
   /// The same for two convex polytopes, from the few features that are near; false: not served.
   bool run_convex(const ConvexShape& a, const ConvexShape& b);
+  /// Likewise for two boxes.
+  bool run_boxes(const ConvexShape& a, const ConvexShape& b);
   std::vector<Contact> contacts;  // points and normals still in frame A
 
  private:
@@ -316,6 +322,7 @@ void ContactGathering::add_triangle_pair(std::int32_t triangle_a, std::int32_t t
 
 bool ContactGathering::run_convex(const ConvexShape& a, const ConvexShape& b) {
   using distance_internal::NearFeatures;
+  if (run_boxes(a, b)) return true;
   if (!NearFeatures::serves(a_.mesh) || !NearFeatures::serves(b_.mesh)) return false;
   const RigidPose at_origin;
   NearFeatures of_a(*a_.mesh, at_origin);
@@ -347,6 +354,37 @@ bool ContactGathering::run_convex(const ConvexShape& a, const ConvexShape& b) {
   for (const std::int32_t side : of_a.sides()) {
     const PlacedEdge edge = placed_edge(true, of_a, side);
     for (const PlacedEdge& other : std::span(edges).first(count)) add_edges(edge, other);
+  }
+  if (contacts.empty()) contacts = std::move(inner_contacts_);
+  if (!contacts.empty()) budget_.count_triangle_pair();
+  return true;
+}
+
+bool ContactGathering::run_boxes(const ConvexShape& a, const ConvexShape& b) {
+  using distance_internal::NearBoxes;
+  if (!NearBoxes::serves(a, a_.mesh, b, b_.mesh)) return false;
+  const NearBoxes near(a, b, X_AB_, {.reach = reach(), .noise = 2 * noise_});
+  if (!near.are_near()) return true;
+  const distance_internal::BoxCorners corners(*a_.mesh, *b_.mesh, X_AB_);
+  near.visit_vertices([&](bool of_a, std::size_t vertex, std::size_t triangle) {
+    add_vertex(of_a, {std::int32_t(vertex), -1, corners.point(of_a, vertex)},
+               {std::int32_t(triangle), corners.triangle(!of_a, triangle)});
+  });
+  const auto placed_edge = [&](bool of_a, std::size_t number) {
+    const geometry_internal::BoxEdge& edge = kBoxEdges[number];
+    const Vector3& from = corners.point(of_a, std::size_t(edge.from));
+    const Vector3 along = corners.point(of_a, std::size_t(edge.to)) - from;
+    return PlacedEdge{{edge.from, edge.to}, edge.side / 3, from, along, edge.is_diagonal()};
+  };
+  for (const NearBoxes::EdgePair& pair : near.edge_pairs()) {
+    add_edges(placed_edge(true, pair.a), placed_edge(false, pair.b));
+  }
+  // Edges inside a flat area count only if nothing else does.
+  for (std::size_t k = 0; contacts.empty() && k < kBoxEdges.size(); ++k) {
+    const PlacedEdge edge = placed_edge(true, k);
+    for (std::size_t m = 0; m < kBoxEdges.size(); ++m) {
+      if (edge.is_inner || kBoxEdges[m].is_diagonal()) add_edges(edge, placed_edge(false, m));
+    }
   }
   if (contacts.empty()) contacts = std::move(inner_contacts_);
   if (!contacts.empty()) budget_.count_triangle_pair();

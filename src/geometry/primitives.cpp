@@ -10,6 +10,7 @@
 #include "core/tolerance.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/box_surface.h"
 #include "geometry/solid.h"
 
 namespace dyop::geometry_internal {
@@ -165,19 +166,8 @@ TriangleMesh surface_of_box(const Vector3& half_extents) {
   for (std::int32_t number = 0; number < 8; ++number) {
     vertices.push_back(corner(half_extents, number));
   }
-  // Two triangles per face, counterclockwise seen from outside: -x, +x, -y, +y, -z, +z.
-  return TriangleMesh(std::move(vertices), {{0, 4, 6},
-                                            {0, 6, 2},
-                                            {1, 3, 7},
-                                            {1, 7, 5},
-                                            {0, 1, 5},
-                                            {0, 5, 4},
-                                            {2, 6, 7},
-                                            {2, 7, 3},
-                                            {0, 2, 3},
-                                            {0, 3, 1},
-                                            {4, 5, 7},
-                                            {4, 7, 6}});
+  const auto& triangles = geometry_internal::kBoxTriangles;
+  return TriangleMesh(std::move(vertices), {triangles.begin(), triangles.end()});
 }
 
 }  // namespace

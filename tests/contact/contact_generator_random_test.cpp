@@ -100,8 +100,8 @@ std::vector<Vector3> random_points(int count, Scalar scale, std::mt19937_64& ran
   return points;
 }
 
-std::unique_ptr<Shape> random_shape(Scalar scale, std::mt19937_64& random) {
-  const int family = random_index(kMeshFamilies + 5, random);
+std::unique_ptr<Shape> random_shape(Scalar scale, bool is_box, std::mt19937_64& random) {
+  const int family = is_box ? 0 : random_index(kMeshFamilies + 5, random);
   switch (family) {
     case 0:
       return std::make_unique<Box>(scale * Vector3(1, random_number(0.1, 1, random), 0.6));
@@ -143,19 +143,21 @@ struct Placement {
   Scalar high_exponent = 0.01;
   Scalar offset = 0;  // from the world's origin, in their size
   Scalar gap = 0;     // in their size; zero: any
+  bool are_boxes = false;
 };
 
 RandomPair random_pair(const Placement& placement, std::mt19937_64& random) {
   const Scalar scale = random_magnitude(placement.low_exponent, placement.high_exponent, random);
   RandomPair pair;
   pair.scale = scale;
-  pair.a = random_shape(scale, random);
-  pair.b = random_shape(scale, random);
+  pair.a = random_shape(scale, placement.are_boxes, random);
+  pair.b = random_shape(scale, placement.are_boxes, random);
   const Vector3 place = scale * placement.offset * testing::random_direction(random);
   pair.X_WA = RigidPose(testing::random_rotation(random), place);
   pair.X_WB =
-      RigidPose(testing::random_rotation(random), place + scale * random_number(0.2, 2.2, random) *
-                                                              testing::random_direction(random));
+      RigidPose(testing::random_rotation(random),
+                place + scale * (random_number(0.2, 2.2, random) + (placement.are_boxes ? 1 : 0)) *
+                            testing::random_direction(random));
   const DistanceResult nearest = distance(*pair.a, pair.X_WA, *pair.b, pair.X_WB);
   pair.reach = nearest.upper + scale * random_number(0, 0.4, random);
   if (placement.gap > 0 && nearest.status == DistanceStatus::Separated) {
@@ -254,6 +256,12 @@ TEST(ContactGenerator, DoesSoFarFromTheOrigin) {
 TEST(ContactGenerator, DoesSoCloseToContact) {
   check_random_pairs(2000, {.gap = 1e-3}, 300000);
   check_random_pairs(2000, {.gap = 1e-6}, 400000);
+}
+
+TEST(ContactGenerator, DoesSoForBoxes) {
+  check_random_pairs(1600, {.low_exponent = -4, .high_exponent = 4, .are_boxes = true}, 600000);
+  check_random_pairs(800, {.offset = 1e4, .gap = 1e-3, .are_boxes = true}, 700000);
+  check_random_pairs(800, {.gap = 1e-6, .are_boxes = true}, 800000);
 }
 
 // In a ball: those of all contacts whose point of A is in it. Of duplicates at its edge another may

@@ -125,8 +125,8 @@ class EveryPair {
   Scalar noise_;
 };
 
-std::shared_ptr<ConvexShape> random_polytope(Scalar scale, std::mt19937_64& random) {
-  if (random_index(2, random) == 0) {
+std::shared_ptr<ConvexShape> random_polytope(Scalar scale, bool is_box, std::mt19937_64& random) {
+  if (is_box || random_index(2, random) == 0) {
     return std::make_shared<Box>(scale * Vector3(0.5, 0.4, random_number(0.02, 0.6, random)));
   }
   std::vector<Vector3> points;
@@ -162,11 +162,11 @@ struct CloseShapes {
   Scalar noise;
 };
 
-CloseShapes random_close_shapes(std::mt19937_64& random) {
+CloseShapes random_close_shapes(std::mt19937_64& random, bool are_boxes = false) {
   const Scalar scale = std::pow(10, random_number(-4, 4, random));
   CloseShapes close;
-  close.a = random_polytope(scale, random);
-  close.b = random_polytope(scale, random);
+  close.a = random_polytope(scale, are_boxes, random);
+  close.b = random_polytope(scale, are_boxes, random);
   const Scalar gap = scale * std::pow(10, random_number(-6, -2, random));
   const RigidPose X_AB = let_down(*close.a, *close.b, scale, gap, random);
   close.max_distance = gap * random_number(0.5, 5, random);
@@ -222,6 +222,15 @@ TEST(FindContacts, ConvexPolytopesHaveTheContactsOfAllTheirFeatures) {
   for (int k = 0; k < 150; ++k) {
     SCOPED_TRACE(k);
     expect_every_contact(random_close_shapes(random));
+    if (HasFailure()) return;
+  }
+}
+
+TEST(FindContacts, BoxesHaveTheContactsOfAllTheirFeatures) {
+  std::mt19937_64 random(30);
+  for (int k = 0; k < 600; ++k) {
+    SCOPED_TRACE(k);
+    expect_every_contact(random_close_shapes(random, true));
     if (HasFailure()) return;
   }
 }

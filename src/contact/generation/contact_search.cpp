@@ -10,9 +10,12 @@
 #include "contact/generation/flat_contacts.h"
 #include "core/tolerance.h"
 #include "distance/piece_distance.h"
+#include "geometry/box_surface.h"
 
 namespace dyop::contact_internal {
 namespace {
+
+using geometry_internal::kBoxEdges;
 
 constexpr int kRankOfFace = 0;
 constexpr int kRankOfCrossing = 1;
@@ -224,8 +227,36 @@ void FeaturePairs::add_convex(const NearFeatures& a, const NearFeatures& b) {
   }
 }
 
+void FeaturePairs::add_boxes(const NearBoxes& near) {
+  const distance_internal::BoxCorners corners(*query_.a.mesh, *query_.b.mesh, query_.X_AB);
+  near.visit_vertices([&](bool of_a, std::size_t vertex, std::size_t triangle) {
+    const auto number = std::int32_t(vertex);
+    const std::int32_t own = surface(of_a).topology->corners_of_vertex(number)[0] / 3;
+    add_vertex({number, own, corners.point(of_a, vertex), of_a}, std::int32_t(triangle),
+               corners.triangle(!of_a, triangle));
+  });
+  const auto edge_side = [&](bool of_a, std::uint8_t number) {
+    const geometry_internal::BoxEdge& edge = kBoxEdges[number];
+    return EdgeSide{number, edge.side / 3, corners.point(of_a, std::size_t(edge.from)),
+                    corners.point(of_a, std::size_t(edge.to))};
+  };
+  for (const NearBoxes::EdgePair& pair : near.edge_pairs()) {
+    add_edges(edge_side(true, pair.a), edge_side(false, pair.b));
+  }
+}
+
 bool search_convex(const ContactQuery& query, const ConvexShape& a, const ConvexShape& b,
                    std::vector<FoundContact>& found) {
+  if (NearBoxes::serves(a, query.a.mesh, b, query.b.mesh)) {
+    const ContactGeneratorOptions& options = query.options;
+    const NearBoxes near(a, b, query.X_AB,
+                         {.reach = query.reach,
+                          .noise = query.noise,
+                          .only_outside = true,
+                          .sine = options.cone_tolerance});
+    FeaturePairs(query, found).add_boxes(near);
+    return true;
+  }
   if (!NearFeatures::serves(query.a.mesh) || !NearFeatures::serves(query.b.mesh)) return false;
   const RigidPose at_origin;
   NearFeatures of_a(*query.a.mesh, at_origin);
@@ -572,8 +603,8 @@ Feature named_feature(const ContactSurface& surface, const FeatureKey& key) {
 }
 
 // Adds the rounding radii of the cores, and transforms to world.
-ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const FoundContact& found) {
-  ContactPoint contact;
+void finish(const ContactQuery& query, const RigidPose& X_WA, const FoundContact& found,
+            ContactPoint& contact) {
   const Scalar radii = query.a.radius + query.b.radius;
   const Matrix3& R_WA = X_WA.rotation();
   contact.p_ACa = found.p_a + query.a.radius * found.normal;
@@ -593,7 +624,6 @@ ContactPoint finished(const ContactQuery& query, const RigidPose& X_WA, const Fo
   contact.feature_b = named_feature(query.b, found.key.b);
   if (query.a.is_mesh) contact.triangle_a = found.triangle_a;
   if (query.b.is_mesh) contact.triangle_b = found.triangle_b;
-  return contact;
 }
 
 }  // namespace
@@ -639,11 +669,11 @@ void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
            (contact.p_WCa - region->center_W).squaredNorm() <= region->radius * region->radius;
   };
   for (const FoundContact& each : found) {
-    const ContactPoint contact = finished(query, X_WA, each);
-    if (!is_wanted(contact)) continue;
-    contacts.push_back(contact);
-    contacts.back().key.a.piece = piece_a;
-    contacts.back().key.b.piece = piece_b;
+    ContactPoint& contact = contacts.emplace_back();
+    finish(query, X_WA, each, contact);
+    contact.key.a.piece = piece_a;
+    contact.key.b.piece = piece_b;
+    if (!is_wanted(contact)) contacts.pop_back();
   }
 }
 

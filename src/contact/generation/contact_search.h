@@ -9,6 +9,7 @@
 #include "contact/generation/contact_surface.h"
 #include "distance/distance_traversal.h"
 #include "distance/leaf_pairs.h"
+#include "distance/near_boxes.h"
 #include "distance/near_features.h"
 #include "distance/neighbour_list.h"
 #include "dyop/contact/contact_generator.h"
@@ -204,6 +205,9 @@ class FeaturePairs {
 
   /// All pairs of the gathered features of two convex polytopes.
   void add_convex(const NearFeatures& a, const NearFeatures& b);
+
+  /// All pairs of features of two boxes that are near.
+  void add_boxes(const NearBoxes& near);
 
  private:
   /// A vertex touching the other surface.
