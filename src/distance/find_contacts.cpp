@@ -332,6 +332,7 @@ bool ContactGathering::run_convex(const ConvexShape& a, const ConvexShape& b) {
   if (search != distance_internal::NearSearch::Found) {
     return search == distance_internal::NearSearch::None;
   }
+  contacts.reserve(16);
   for (const bool is_of_a : {true, false}) {
     const NearFeatures& own = is_of_a ? of_a : of_b;
     const NearFeatures& other = is_of_a ? of_b : of_a;
@@ -365,6 +366,7 @@ bool ContactGathering::run_boxes(const ConvexShape& a, const ConvexShape& b) {
   if (!NearBoxes::serves(a, a_.mesh, b, b_.mesh)) return false;
   const NearBoxes near(a, b, X_AB_, {.reach = reach(), .noise = 2 * noise_});
   if (!near.are_near()) return true;
+  contacts.reserve(16);
   const distance_internal::BoxCorners corners(*a_.mesh, *b_.mesh, X_AB_);
   near.visit_vertices([&](bool of_a, std::size_t vertex, std::size_t triangle) {
     add_vertex(of_a, {std::int32_t(vertex), -1, corners.point(of_a, vertex)},
@@ -438,6 +440,7 @@ std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar 
   constexpr Scalar kSameNormal = 0.99;  // cosine of 8 degrees
   constexpr std::size_t kFew = 32;
   std::vector<Contact> kept;
+  kept.reserve(std::min(contacts.size(), kFew));
   const auto is_same_place = [&](const Contact& x, const Contact& y) {
     return (x.p_WCa - y.p_WCa).norm() <= radius && (x.p_WCb - y.p_WCb).norm() <= radius &&
            x.nhat_AB_W.dot(y.nhat_AB_W) >= kSameNormal;
@@ -554,7 +557,11 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
       for (Contact& contact : gathering.contacts) {
         contact.child_a = part_a.child;
         contact.child_b = part_b.child;
-        gathered.push_back(contact);
+      }
+      if (gathered.empty()) {
+        gathered = std::move(gathering.contacts);
+      } else {
+        gathered.insert(gathered.end(), gathering.contacts.begin(), gathering.contacts.end());
       }
     }
   }

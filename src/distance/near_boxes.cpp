@@ -48,7 +48,9 @@ constexpr std::array<std::array<std::uint16_t, 2>, 6> kTrianglesOfFace = [] {
 
 // c - x - y, c + x - y, c - x + y, c + x + y.
 std::array<Scalar, 4> signed_sums(Scalar c, Scalar x, Scalar y) {
-  return {c - x - y, c + x - y, c - x + y, c + x + y};
+  const Scalar low = c - x;
+  const Scalar high = c + x;
+  return {low - y, high - y, low + y, high + y};
 }
 
 }  // namespace
@@ -106,31 +108,42 @@ class NearBoxes::EdgeAxes {
   EdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a, const Vector3& half_b,
            const RigidPose& X_AB);
 
-  Scalar sine() const { return sine_; }
+  // Has to come before the two that follow.
+  void find_places();
   Scalar height(std::size_t a, std::size_t b) const { return height_b_[b] - height_a_[a]; }
   // Whether the lines come nearest within both edges, each longer by `more`, or by `margin` / n^2.
   bool are_beside(std::size_t a, std::size_t b, Scalar more, Scalar margin) const;
-  // The places of A's edges, and of B's, with no face beside them that rises by more than `limit` / |n|
-  // along n, if `is_up`, or else along -n.
-  unsigned admitting_a(bool is_up, Scalar limit) const;
-  unsigned admitting_b(bool is_up, Scalar limit) const;
-  EdgePair pair(std::size_t a, std::size_t b) const {
-    return {std::uint8_t(kBoxEdgeAt[i_][a]), std::uint8_t(kBoxEdgeAt[j_][b])};
+
+  // The places of A's edges, and of B's, with no face beside them that rises by more than `limit` /
+  // |n| along -n, and along n.
+  using BothWays = std::array<unsigned, 2>;
+  BothWays admitting_a(Scalar limit) const;
+  BothWays admitting_b(Scalar limit) const;
+  // Whether such edges may be at least `least` and at most `most` / |n| apart along -n or n.
+  bool may_admit(Scalar limit, Scalar least, Scalar most) const;
+  bool admits(std::size_t a, std::size_t b, bool is_up, Scalar limit) const;
+
+  Scalar sine() const { return sine_; }
+  Scalar length() const { return half_a_[x_] + half_b_[y_]; }
+  EdgePair pair(std::size_t a, std::size_t b, bool is_admitted) const {
+    return {std::uint8_t(kBoxEdgeAt[std::size_t(x_)][a]),
+            std::uint8_t(kBoxEdgeAt[std::size_t(y_)][b]), is_admitted};
   }
-  Scalar length() const { return half_a_ + half_b_; }
 
  private:
   using Places = std::array<Scalar, 4>;
+  static Eigen::Index after(Eigen::Index axis) { return axis < 2 ? axis + 1 : 0; }
 
-  std::size_t i_;
-  std::size_t j_;
-  Scalar cosine_;  // e . f
-  Scalar half_a_;
-  Scalar half_b_;
-  std::array<Scalar, 2> n_a_;  // along the two other axes of A
-  std::array<Scalar, 2> n_b_;  // and of B
+  const Vector3& half_a_;
+  const Vector3& half_b_;
+  const RigidPose& X_AB_;
+  Eigen::Index x_, u_, v_;     // A's axes, i first, in cyclic order
+  Eigen::Index y_, k_, m_;     // B's
+  std::array<Scalar, 2> n_a_;  // n along u and v
+  std::array<Scalar, 2> n_b_;  // along k and m
   Scalar n_sq_;
   Scalar sine_;
+  Scalar center_;     // n . r between the boxes' origins
   Places height_a_;   // n . a
   Places height_b_;   // n . b
   Places along_f_a_;  // f . a, from B's origin
@@ -139,56 +152,81 @@ class NearBoxes::EdgeAxes {
 
 NearBoxes::EdgeAxes::EdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a,
                               const Vector3& half_b, const RigidPose& X_AB)
-    : i_(i), j_(j) {
-  const auto at = [](std::size_t axis) { return Eigen::Index(axis % 3); };
-  const auto [x, u, v] = std::array{at(i), at(i + 1), at(i + 2)};
-  const auto [y, k, m] = std::array{at(j), at(j + 1), at(j + 2)};
+    : half_a_(half_a),
+      half_b_(half_b),
+      X_AB_(X_AB),
+      x_(Eigen::Index(i)),
+      u_(after(x_)),
+      v_(after(u_)),
+      y_(Eigen::Index(j)),
+      k_(after(y_)),
+      m_(after(k_)) {
   const Matrix3& R = X_AB.rotation();
   const Vector3& p = X_AB.translation();
-  cosine_ = R(x, y);
-  half_a_ = half_a[x];
-  half_b_ = half_b[y];
   // e_x x f = e_v f_u - e_u f_v, and f_y x f_k = f_m.
-  n_a_ = {-R(v, y), R(u, y)};
-  n_b_ = {R(x, m), -R(x, k)};
+  n_a_ = {-R(v_, y_), R(u_, y_)};
+  n_b_ = {R(x_, m_), -R(x_, k_)};
   n_sq_ = n_a_[0] * n_a_[0] + n_a_[1] * n_a_[1];
   sine_ = std::sqrt(n_sq_);
-  height_a_ = signed_sums(0, n_a_[0] * half_a[u], n_a_[1] * half_a[v]);
-  height_b_ =
-      signed_sums(n_a_[0] * p[u] + n_a_[1] * p[v], n_b_[0] * half_b[k], n_b_[1] * half_b[m]);
-  along_f_a_ = signed_sums(-R.col(y).dot(p), R(u, y) * half_a[u], R(v, y) * half_a[v]);
-  along_e_b_ = signed_sums(p[x], R(x, k) * half_b[k], R(x, m) * half_b[m]);
+  center_ = n_a_[0] * p[u_] + n_a_[1] * p[v_];
+}
+
+void NearBoxes::EdgeAxes::find_places() {
+  const Matrix3& R = X_AB_.rotation();
+  const Vector3& p = X_AB_.translation();
+  height_a_ = signed_sums(0, n_a_[0] * half_a_[u_], n_a_[1] * half_a_[v_]);
+  height_b_ = signed_sums(center_, n_b_[0] * half_b_[k_], n_b_[1] * half_b_[m_]);
+  along_f_a_ = signed_sums(-R.col(y_).dot(p), n_a_[1] * half_a_[u_], -n_a_[0] * half_a_[v_]);
+  along_e_b_ = signed_sums(p[x_], -n_b_[1] * half_b_[k_], n_b_[0] * half_b_[m_]);
 }
 
 bool NearBoxes::EdgeAxes::are_beside(std::size_t a, std::size_t b, Scalar more,
                                      Scalar margin) const {
+  const Scalar cosine = X_AB_.rotation()(x_, y_);
   const Scalar along_e = along_e_b_[b];
   const Scalar along_f = -along_f_a_[a];
-  return !(std::abs(along_e - cosine_ * along_f) > (half_a_ + more) * n_sq_ + margin) &&
-         !(std::abs(cosine_ * along_e - along_f) > (half_b_ + more) * n_sq_ + margin);
+  return !(std::abs(along_e - cosine * along_f) > (half_a_[x_] + more) * n_sq_ + margin) &&
+         !(std::abs(cosine * along_e - along_f) > (half_b_[y_] + more) * n_sq_ + margin);
 }
 
 namespace {
 
-// Places, of four, where neither -x nor -y rises above the limit: at an edge, faces go inwards. Bits
-// 0 and 1 of a place are the signs.
-unsigned convex_places(const std::array<Scalar, 2>& n, Scalar limit) {
-  const unsigned first = unsigned(!(n[0] > limit)) * 0b0101U | unsigned(!(-n[0] > limit)) * 0b1010U;
-  const unsigned second =
-      unsigned(!(n[1] > limit)) * 0b0011U | unsigned(!(-n[1] > limit)) * 0b1100U;
-  return first & second;
+// Places, of four, where no face beside an edge rises by more than the limit: along -n, and along n,
+// with those parts along the two axes. Bits 0 and 1 of a place are signs; faces go inwards.
+std::array<unsigned, 2> convex_places(const std::array<Scalar, 2>& n, Scalar limit) {
+  constexpr std::array<unsigned, 4> kFirst{0, 0b0101, 0b1010, 0b1111};
+  constexpr std::array<unsigned, 4> kSecond{0, 0b0011, 0b1100, 0b1111};
+  const auto low_first = unsigned(!(n[0] > limit));
+  const auto high_first = unsigned(!(-n[0] > limit));
+  const auto low_second = unsigned(!(n[1] > limit));
+  const auto high_second = unsigned(!(-n[1] > limit));
+  return {kFirst[high_first | low_first << 1] & kSecond[high_second | low_second << 1],
+          kFirst[low_first | high_first << 1] & kSecond[low_second | high_second << 1]};
 }
 
 }  // namespace
 
-unsigned NearBoxes::EdgeAxes::admitting_a(bool is_up, Scalar limit) const {
-  const Scalar sign = is_up ? 1 : -1;
-  return convex_places({sign * n_a_[0], sign * n_a_[1]}, limit);
+NearBoxes::EdgeAxes::BothWays NearBoxes::EdgeAxes::admitting_a(Scalar limit) const {
+  return convex_places(n_a_, limit);
 }
 
-unsigned NearBoxes::EdgeAxes::admitting_b(bool is_up, Scalar limit) const {
-  const Scalar sign = is_up ? -1 : 1;
-  return convex_places({sign * n_b_[0], sign * n_b_[1]}, limit);
+NearBoxes::EdgeAxes::BothWays NearBoxes::EdgeAxes::admitting_b(Scalar limit) const {
+  return convex_places({-n_b_[0], -n_b_[1]}, limit);
+}
+
+// The edges that are foremost along n are least apart. Another is admitted only if the axis on which
+// it is on the other side turns from n by no more than `limit`.
+bool NearBoxes::EdgeAxes::may_admit(Scalar limit, Scalar least, Scalar most) const {
+  const Scalar extents = std::abs(n_a_[0]) * half_a_[u_] + std::abs(n_a_[1]) * half_a_[v_] +
+                         std::abs(n_b_[0]) * half_b_[k_] + std::abs(n_b_[1]) * half_b_[m_];
+  const Scalar more = 2 * limit * (half_a_[u_] + half_a_[v_] + half_b_[k_] + half_b_[m_]);
+  const auto is_out = [&](Scalar foremost) { return foremost > most || foremost + more < least; };
+  return !is_out(center_ - extents) || !is_out(-center_ - extents);
+}
+
+bool NearBoxes::EdgeAxes::admits(std::size_t a, std::size_t b, bool is_up, Scalar limit) const {
+  const auto way = std::size_t(is_up);
+  return (admitting_a(limit)[way] >> a & admitting_b(limit)[way] >> b & 1) != 0;
 }
 
 NearBoxes::NearBoxes(const ConvexShape& a, const ConvexShape& b, const RigidPose& X_AB,
@@ -254,31 +292,38 @@ void NearBoxes::find_edges(const Side& a, const Side& b, const RigidPose& X_AB) 
   }
 }
 
-void NearBoxes::add_edges(const EdgeAxes& axes, unsigned edges_a, unsigned edges_b) {
+void NearBoxes::add_edges(EdgeAxes&& axes, unsigned edges_a, unsigned edges_b) {
   const Scalar sine = axes.sine();
   const Scalar unsure = margin_ / axes.length();
   if (sine + unsure < 0.5 * kContactNoCrossingSine) return;  // parallel
   const Scalar most_height = 1.04 * reach_ * sine + margin_;
   // Where the edges are nearly parallel, the normal may be another.
   const bool by_cone = search_.sine < 1 && sine > 1.1 * kContactParallelSine;
-  const Scalar rise = by_cone ? sine * (search_.sine + 1.0 / 1024) + unsure : kInfinity;
-  const std::array<unsigned, 2> near_a{edges_a & axes.admitting_a(false, rise),
-                                       edges_a & axes.admitting_a(true, rise)};
-  const std::array<unsigned, 2> near_b{edges_b & axes.admitting_b(false, rise),
-                                       edges_b & axes.admitting_b(true, rise)};
-  for (unsigned left = near_a[0] | near_a[1]; left != 0; left &= left - 1) {
+  constexpr Scalar kSlack = 1.0 / 1024;
+  const Scalar rise = by_cone ? sine * (search_.sine + kSlack) + unsure : kInfinity;
+  if (by_cone && !axes.may_admit(rise, -2 * margin_, most_height + margin_)) return;
+  // The edges themselves lean by no more than `unsure`.
+  const Scalar surely = sine * (search_.sine - kSlack) - unsure;
+  axes.find_places();
+  // Downwards and upwards.
+  const EdgeAxes::BothWays ways_a = axes.admitting_a(rise);
+  const EdgeAxes::BothWays ways_b = axes.admitting_b(rise);
+  for (unsigned left = edges_a & (ways_a[0] | ways_a[1]); left != 0; left &= left - 1) {
     const auto a = std::size_t(std::countr_zero(left));
-    // With the normal downwards, and upwards.
-    const unsigned down = (near_a[0] >> a & 1) != 0 ? near_b[0] : 0;
-    const unsigned up = (near_a[1] >> a & 1) != 0 ? near_b[1] : 0;
+    const unsigned down = (ways_a[0] >> a & 1) != 0 ? edges_b & ways_b[0] : 0;
+    const unsigned up = (ways_a[1] >> a & 1) != 0 ? edges_b & ways_b[1] : 0;
     for (unsigned rest = down | up; rest != 0; rest &= rest - 1) {
       const auto b = std::size_t(std::countr_zero(rest));
       const Scalar height = axes.height(a, b);
-      const bool is_apart = std::abs(height) > most_height ||
-                            (height > margin_ && (up >> b & 1) == 0) ||
-                            (height < -margin_ && (down >> b & 1) == 0);
-      if (is_apart || !axes.are_beside(a, b, search_.noise, margin_)) continue;
-      pairs_[pair_count_++] = axes.pair(a, b);
+      const bool is_up = height > margin_;
+      const bool is_down = height < -margin_;
+      if (std::abs(height) > most_height || (is_up && (up >> b & 1) == 0) ||
+          (is_down && (down >> b & 1) == 0) || !axes.are_beside(a, b, search_.noise, margin_)) {
+        continue;
+      }
+      const bool is_admitted =
+          by_cone && (is_up || is_down) && surely > unsure && axes.admits(a, b, is_up, surely);
+      pairs_[pair_count_++] = axes.pair(a, b, is_admitted);
     }
   }
 }

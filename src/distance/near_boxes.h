@@ -39,6 +39,9 @@ class DYOP_EXPORT NearBoxes {
   struct EdgePair {
     std::uint8_t a;  ///< numbers in kBoxEdges
     std::uint8_t b;
+    /// No face beside them rises by more than the sine, for certain: the edges are not nearly
+    /// parallel and farther apart than rounding.
+    bool is_admitted;
   };
 
   /// Whether both cores are boxes with the surface of Box, of ordinary size and not too flat: all
@@ -75,7 +78,7 @@ class DYOP_EXPORT NearBoxes {
 
   void find_triangles(const Side& own, const Side& other, std::array<std::uint16_t, 8>& triangles);
   void find_edges(const Side& a, const Side& b, const RigidPose& X_AB);
-  void add_edges(const EdgeAxes& axes, unsigned edges_a, unsigned edges_b);
+  void add_edges(EdgeAxes&& axes, unsigned edges_a, unsigned edges_b);
 
   const BoxSearch search_;
   Scalar reach_;   // with an allowance for rounding

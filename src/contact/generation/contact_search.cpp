@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "contact/generation/flat_contacts.h"
@@ -137,7 +138,7 @@ bool FeaturePairs::take_face_normal(const EdgeSide& a, const EdgeSide& b,
   return best > least;
 }
 
-void FeaturePairs::add_edges(const EdgeSide& a, const EdgeSide& b) {
+void FeaturePairs::add_edges(const EdgeSide& a, const EdgeSide& b, bool is_admitted) {
   const std::optional<EdgeCrossing> crossing =
       find_crossing(a.from, a.to, b.from, b.to, query_.reach + query_.noise, query_.noise);
   if (!crossing) return;
@@ -154,7 +155,7 @@ void FeaturePairs::add_edges(const EdgeSide& a, const EdgeSide& b) {
   const bool is_steep = crossing->sine >= kContactParallelSine;
   if (is_steep || !take_face_normal(a, b, *crossing, contact)) {
     contact.normal = n;
-    if (!admits_crossing(a, b, *crossing, n)) {
+    if (!is_admitted && !admits_crossing(a, b, *crossing, n)) {
       // Touching edges do not give the normal's sign; the faces beside them do.
       if (std::abs(height) > query_.noise || !admits_crossing(a, b, *crossing, -n)) return;
       contact.normal = -n;
@@ -241,7 +242,7 @@ void FeaturePairs::add_boxes(const NearBoxes& near) {
                     corners.point(of_a, std::size_t(edge.to))};
   };
   for (const NearBoxes::EdgePair& pair : near.edge_pairs()) {
-    add_edges(edge_side(true, pair.a), edge_side(false, pair.b));
+    add_edges(edge_side(true, pair.a), edge_side(false, pair.b), pair.is_admitted);
   }
 }
 
@@ -531,10 +532,11 @@ namespace {
 // Duplicates: contacts found twice at one place, by rounding or the tolerance at triangle borders.
 class DoubleRemoval {
  public:
-  DoubleRemoval(const ContactQuery& query, std::vector<char>& is_double)
-      : query_(query), window_(spread_of_doubles(query, query.reach)), is_double_(is_double) {}
+  DoubleRemoval(const ContactQuery& query, const std::vector<FoundContact>& found)
+      : query_(query), window_(spread_of_doubles(query, query.reach)), found_(found) {}
 
-  void run(std::vector<FoundContact>& found) const;
+  // Puts the numbers of those that are kept into `order`, by their keys.
+  void run(std::vector<std::uint32_t>& order, std::vector<char>& is_double) const;
 
  private:
   bool is_same_place(const FoundContact& x, const FoundContact& y) const {
@@ -548,7 +550,7 @@ class DoubleRemoval {
 
   const ContactQuery& query_;
   const Scalar window_;
-  std::vector<char>& is_double_;
+  const std::vector<FoundContact>& found_;
 };
 
 // Decides between two at one place: on a finely faceted surface the tolerance reaches over several
@@ -562,27 +564,33 @@ bool DoubleRemoval::is_better(const FoundContact& x, const FoundContact& y) cons
          std::tie(y.rank, y_upper, y.key, y.triangle_a, y.triangle_b);
 }
 
-// Marks the worse of any two contacts at one place; sweeps along x.
-void DoubleRemoval::run(std::vector<FoundContact>& found) const {
-  std::sort(found.begin(), found.end(), [](const FoundContact& x, const FoundContact& y) {
+// Marks the worse of any two contacts at one place; sweeps along x. Sorts numbers, as contacts are
+// large.
+void DoubleRemoval::run(std::vector<std::uint32_t>& order, std::vector<char>& is_double) const {
+  order.resize(found_.size());
+  std::iota(order.begin(), order.end(), std::uint32_t{0});
+  std::sort(order.begin(), order.end(), [this](std::uint32_t i, std::uint32_t j) {
+    const FoundContact& x = found_[i];
+    const FoundContact& y = found_[j];
     return std::tie(x.p_a.x(), x.rank, x.key, x.triangle_a, x.triangle_b) <
            std::tie(y.p_a.x(), y.rank, y.key, y.triangle_a, y.triangle_b);
   });
-  is_double_.assign(found.size(), 0);
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    for (std::size_t j = i + 1; j < found.size(); ++j) {
-      if (found[j].p_a.x() - found[i].p_a.x() > window_) break;
-      if (!is_same_place(found[i], found[j])) continue;
-      is_double_[is_better(found[i], found[j]) ? j : i] = 1;
+  is_double.assign(order.size(), 0);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const FoundContact& x = found_[order[i]];
+    for (std::size_t j = i + 1; j < order.size(); ++j) {
+      const FoundContact& y = found_[order[j]];
+      if (y.p_a.x() - x.p_a.x() > window_) break;
+      if (is_same_place(x, y)) is_double[is_better(x, y) ? j : i] = 1;
     }
   }
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!is_double_[i]) found[kept++] = found[i];
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (!is_double[i]) order[kept++] = order[i];
   }
-  found.resize(kept);
-  std::sort(found.begin(), found.end(),
-            [](const FoundContact& x, const FoundContact& y) { return x.key < y.key; });
+  order.resize(kept);
+  std::sort(order.begin(), order.end(),
+            [this](std::uint32_t i, std::uint32_t j) { return found_[i].key < found_[j].key; });
 }
 
 // Translates a feature into the shape's own vertex numbers.
@@ -659,18 +667,19 @@ bool list_neighbours(ContactWorkspace& workspace, const Shape& a, const RigidPos
 }
 
 void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
-                     std::vector<FoundContact>& found, ContactWorkspace& workspace,
+                     const std::vector<FoundContact>& found, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, std::int32_t piece_a,
                      std::int32_t piece_b) {
-  DoubleRemoval(query, workspace.impl().is_double).run(found);
+  std::vector<std::uint32_t>& order = workspace.impl().order;
+  DoubleRemoval(query, found).run(order, workspace.impl().is_double);
   const std::optional<ContactRegion>& region = query.options.region;
   const auto is_wanted = [&](const ContactPoint& contact) {
     return !region ||
            (contact.p_WCa - region->center_W).squaredNorm() <= region->radius * region->radius;
   };
-  for (const FoundContact& each : found) {
+  for (const std::uint32_t number : order) {
     ContactPoint& contact = contacts.emplace_back();
-    finish(query, X_WA, each, contact);
+    finish(query, X_WA, found[number], contact);
     contact.key.a.piece = piece_a;
     contact.key.b.piece = piece_b;
     if (!is_wanted(contact)) contacts.pop_back();

@@ -69,7 +69,7 @@ bool list_neighbours(ContactWorkspace& workspace, const Shape& a, const RigidPos
 /// Appends what was found as contacts, in the order of their keys: once each, in world, and only in
 /// the query's region.
 void finish_contacts(const ContactQuery& query, const RigidPose& X_WA,
-                     std::vector<FoundContact>& found, ContactWorkspace& workspace,
+                     const std::vector<FoundContact>& found, ContactWorkspace& workspace,
                      std::vector<ContactPoint>& contacts, std::int32_t piece_a = 0,
                      std::int32_t piece_b = 0);
 
@@ -91,6 +91,7 @@ struct ContactWorkspace::Impl {
   distance_internal::BoxPairStack stack;
   std::vector<contact_internal::FoundContact> found;
   std::vector<char> is_double;
+  std::vector<std::uint32_t> order;  // of `found`
   distance_internal::BoxPairStack first_pairs;
   distance_internal::BoxPairStack split_pairs;
   /// Neighbour list of the shapes of the next calls, neither a compound; null: none.
@@ -227,7 +228,8 @@ class FeaturePairs {
   void add_vertex(const VertexSide& vertex, std::int32_t triangle, const Triangle& t);
   bool admits_foot(const VertexSide& vertex, std::int32_t triangle, const TriangleFoot& foot,
                    const Vector3& normal) const;
-  void add_edges(const EdgeSide& a, const EdgeSide& b);
+  /// @param is_admitted Both surfaces are known to admit the edges' common normal.
+  void add_edges(const EdgeSide& a, const EdgeSide& b, bool is_admitted = false);
   bool admits_crossing(const EdgeSide& a, const EdgeSide& b, const EdgeCrossing& crossing,
                        const Vector3& n) const;
   bool take_face_normal(const EdgeSide& a, const EdgeSide& b, const EdgeCrossing& crossing,
