@@ -62,8 +62,8 @@ bool NearBoxes::serves(const ConvexShape& a, const TriangleMesh* surface_a, cons
 
 // A box, its corners in the other's frame by coordinate, and the other's planes, bit 2 k for -k and
 // 2 k + 1 for +k, that a corner is farther beyond than the reach.
-struct NearBoxes::Side {
-  Side(const Vector3& own, const Vector3& other, const RigidPose& X_OS, Scalar reach);
+struct BoxSide {
+  BoxSide(const Vector3& own, const Vector3& other, const RigidPose& X_OS, Scalar reach);
 
   // Bit `place` of edges along an axis that are not wholly beyond one plane.
   unsigned near_edges(std::size_t axis) const;
@@ -73,7 +73,7 @@ struct NearBoxes::Side {
   std::array<unsigned, 8> beyond{};
 };
 
-NearBoxes::Side::Side(const Vector3& own, const Vector3& other, const RigidPose& X_OS, Scalar reach)
+BoxSide::BoxSide(const Vector3& own, const Vector3& other, const RigidPose& X_OS, Scalar reach)
     : half(own) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vector3 along = X_OS.rotation().row(k).transpose().cwiseProduct(own);
@@ -90,7 +90,7 @@ NearBoxes::Side::Side(const Vector3& own, const Vector3& other, const RigidPose&
   }
 }
 
-unsigned NearBoxes::Side::near_edges(std::size_t axis) const {
+unsigned BoxSide::near_edges(std::size_t axis) const {
   unsigned near = 0;
   for (std::size_t place = 0; place < 4; ++place) {
     const std::size_t v = (place & 1) << ((axis + 1) % 3) | (place >> 1) << ((axis + 2) % 3);
@@ -99,14 +99,14 @@ unsigned NearBoxes::Side::near_edges(std::size_t axis) const {
   return near;
 }
 
-// The edges along axis i of A and j of B, in A's frame: along the unit vectors e and f, their middle
-// points a and b. With n = e x f and r = b - a the lines are n . r / |n| apart; where they are
-// nearest is (r - f (f . r)) . e / n^2 from a along e, (e (e . r) - r) . f / n^2 from b along f. All
-// three are a sum of one term of A's edge and one of B's. Edges by their places, as in kBoxEdgeAt.
-class NearBoxes::EdgeAxes {
+// The edges along axis i of A and j of B, in A's frame: along the unit vectors e and f, with middle
+// points a and b. With n = e x f and r = b - a the lines are n . r / |n| apart; they are nearest at
+// (r - f (f . r)) . e / n^2 from a along e, and at (e (e . r) - r) . f / n^2 from b along f. Each of
+// the three is a sum of one term of A's edge and one of B's. Edges by their places (kBoxEdgeAt).
+class BoxEdgeAxes {
  public:
-  EdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a, const Vector3& half_b,
-           const RigidPose& X_AB);
+  BoxEdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a, const Vector3& half_b,
+              const RigidPose& X_AB);
 
   // Has to come before the two that follow.
   void find_places();
@@ -125,7 +125,7 @@ class NearBoxes::EdgeAxes {
 
   Scalar sine() const { return sine_; }
   Scalar length() const { return half_a_[x_] + half_b_[y_]; }
-  EdgePair pair(std::size_t a, std::size_t b, bool is_admitted) const {
+  NearBoxes::EdgePair pair(std::size_t a, std::size_t b, bool is_admitted) const {
     return {std::uint8_t(kBoxEdgeAt[std::size_t(x_)][a]),
             std::uint8_t(kBoxEdgeAt[std::size_t(y_)][b]), is_admitted};
   }
@@ -150,8 +150,8 @@ class NearBoxes::EdgeAxes {
   Places along_e_b_;  // e . b
 };
 
-NearBoxes::EdgeAxes::EdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a,
-                              const Vector3& half_b, const RigidPose& X_AB)
+BoxEdgeAxes::BoxEdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a, const Vector3& half_b,
+                         const RigidPose& X_AB)
     : half_a_(half_a),
       half_b_(half_b),
       X_AB_(X_AB),
@@ -171,7 +171,7 @@ NearBoxes::EdgeAxes::EdgeAxes(std::size_t i, std::size_t j, const Vector3& half_
   center_ = n_a_[0] * p[u_] + n_a_[1] * p[v_];
 }
 
-void NearBoxes::EdgeAxes::find_places() {
+void BoxEdgeAxes::find_places() {
   const Matrix3& R = X_AB_.rotation();
   const Vector3& p = X_AB_.translation();
   height_a_ = signed_sums(0, n_a_[0] * half_a_[u_], n_a_[1] * half_a_[v_]);
@@ -180,8 +180,7 @@ void NearBoxes::EdgeAxes::find_places() {
   along_e_b_ = signed_sums(p[x_], -n_b_[1] * half_b_[k_], n_b_[0] * half_b_[m_]);
 }
 
-bool NearBoxes::EdgeAxes::are_beside(std::size_t a, std::size_t b, Scalar more,
-                                     Scalar margin) const {
+bool BoxEdgeAxes::are_beside(std::size_t a, std::size_t b, Scalar more, Scalar margin) const {
   const Scalar cosine = X_AB_.rotation()(x_, y_);
   const Scalar along_e = along_e_b_[b];
   const Scalar along_f = -along_f_a_[a];
@@ -191,8 +190,8 @@ bool NearBoxes::EdgeAxes::are_beside(std::size_t a, std::size_t b, Scalar more,
 
 namespace {
 
-// Places, of four, where no face beside an edge rises by more than the limit: along -n, and along n,
-// with those parts along the two axes. Bits 0 and 1 of a place are signs; faces go inwards.
+// Places, of four, where no face beside an edge rises by more than the limit along -n, and along n,
+// for these components of n. Bits 0 and 1 of a place are signs; faces go inwards.
 std::array<unsigned, 2> convex_places(const std::array<Scalar, 2>& n, Scalar limit) {
   constexpr std::array<unsigned, 4> kFirst{0, 0b0101, 0b1010, 0b1111};
   constexpr std::array<unsigned, 4> kSecond{0, 0b0011, 0b1100, 0b1111};
@@ -206,17 +205,17 @@ std::array<unsigned, 2> convex_places(const std::array<Scalar, 2>& n, Scalar lim
 
 }  // namespace
 
-NearBoxes::EdgeAxes::BothWays NearBoxes::EdgeAxes::admitting_a(Scalar limit) const {
+BoxEdgeAxes::BothWays BoxEdgeAxes::admitting_a(Scalar limit) const {
   return convex_places(n_a_, limit);
 }
 
-NearBoxes::EdgeAxes::BothWays NearBoxes::EdgeAxes::admitting_b(Scalar limit) const {
+BoxEdgeAxes::BothWays BoxEdgeAxes::admitting_b(Scalar limit) const {
   return convex_places({-n_b_[0], -n_b_[1]}, limit);
 }
 
-// The edges that are foremost along n are least apart. Another is admitted only if the axis on which
-// it is on the other side turns from n by no more than `limit`.
-bool NearBoxes::EdgeAxes::may_admit(Scalar limit, Scalar least, Scalar most) const {
+// The edges that are foremost along n are least apart. Another one is admitted only if it is on the
+// other side along an axis with a component of n of at most `limit`.
+bool BoxEdgeAxes::may_admit(Scalar limit, Scalar least, Scalar most) const {
   const Scalar extents = std::abs(n_a_[0]) * half_a_[u_] + std::abs(n_a_[1]) * half_a_[v_] +
                          std::abs(n_b_[0]) * half_b_[k_] + std::abs(n_b_[1]) * half_b_[m_];
   const Scalar more = 2 * limit * (half_a_[u_] + half_a_[v_] + half_b_[k_] + half_b_[m_]);
@@ -224,7 +223,7 @@ bool NearBoxes::EdgeAxes::may_admit(Scalar limit, Scalar least, Scalar most) con
   return !is_out(center_ - extents) || !is_out(-center_ - extents);
 }
 
-bool NearBoxes::EdgeAxes::admits(std::size_t a, std::size_t b, bool is_up, Scalar limit) const {
+bool BoxEdgeAxes::admits(std::size_t a, std::size_t b, bool is_up, Scalar limit) const {
   const auto way = std::size_t(is_up);
   return (admitting_a(limit)[way] >> a & admitting_b(limit)[way] >> b & 1) != 0;
 }
@@ -238,9 +237,9 @@ NearBoxes::NearBoxes(const ConvexShape& a, const ConvexShape& b, const RigidPose
       X_AB.translation().norm() + core_a.bounding_radius + core_b.bounding_radius + search.reach;
   const Scalar shortest = std::min(core_a.half_extents.minCoeff(), core_b.half_extents.minCoeff());
   margin_ = 4 * search.noise * (1 + size / shortest);
-  const Side side_a(core_a.half_extents, core_b.half_extents, X_AB.inverse(), reach_);
-  const Side side_b(core_b.half_extents, core_a.half_extents, X_AB, reach_);
-  const auto all_beyond = [](const Side& side) {
+  const BoxSide side_a(core_a.half_extents, core_b.half_extents, X_AB.inverse(), reach_);
+  const BoxSide side_b(core_b.half_extents, core_a.half_extents, X_AB, reach_);
+  const auto all_beyond = [](const BoxSide& side) {
     unsigned beyond = side.beyond[0];
     for (const unsigned each : side.beyond) beyond &= each;
     return beyond != 0;
@@ -252,7 +251,7 @@ NearBoxes::NearBoxes(const ConvexShape& a, const ConvexShape& b, const RigidPose
   find_edges(side_a, side_b, X_AB);
 }
 
-void NearBoxes::find_triangles(const Side& own, const Side& other,
+void NearBoxes::find_triangles(const BoxSide& own, const BoxSide& other,
                                std::array<std::uint16_t, 8>& triangles) {
   const Scalar least_height = search_.only_outside ? -256 * search_.noise : -kInfinity;
   const Scalar reach_sq = reach_ * reach_;
@@ -281,18 +280,18 @@ void NearBoxes::find_triangles(const Side& own, const Side& other,
   }
 }
 
-void NearBoxes::find_edges(const Side& a, const Side& b, const RigidPose& X_AB) {
+void NearBoxes::find_edges(const BoxSide& a, const BoxSide& b, const RigidPose& X_AB) {
   const std::array<unsigned, 3> near_b{b.near_edges(0), b.near_edges(1), b.near_edges(2)};
   for (std::size_t i = 0; i < 3; ++i) {
     const unsigned near_a = a.near_edges(i);
     if (near_a == 0) continue;
     for (std::size_t j = 0; j < 3; ++j) {
-      if (near_b[j] != 0) add_edges(EdgeAxes(i, j, a.half, b.half, X_AB), near_a, near_b[j]);
+      if (near_b[j] != 0) add_edges(BoxEdgeAxes(i, j, a.half, b.half, X_AB), near_a, near_b[j]);
     }
   }
 }
 
-void NearBoxes::add_edges(EdgeAxes&& axes, unsigned edges_a, unsigned edges_b) {
+void NearBoxes::add_edges(BoxEdgeAxes&& axes, unsigned edges_a, unsigned edges_b) {
   const Scalar sine = axes.sine();
   const Scalar unsure = margin_ / axes.length();
   if (sine + unsure < 0.5 * kContactNoCrossingSine) return;  // parallel
@@ -306,8 +305,8 @@ void NearBoxes::add_edges(EdgeAxes&& axes, unsigned edges_a, unsigned edges_b) {
   const Scalar surely = sine * (search_.sine - kSlack) - unsure;
   axes.find_places();
   // Downwards and upwards.
-  const EdgeAxes::BothWays ways_a = axes.admitting_a(rise);
-  const EdgeAxes::BothWays ways_b = axes.admitting_b(rise);
+  const BoxEdgeAxes::BothWays ways_a = axes.admitting_a(rise);
+  const BoxEdgeAxes::BothWays ways_b = axes.admitting_b(rise);
   for (unsigned left = edges_a & (ways_a[0] | ways_a[1]); left != 0; left &= left - 1) {
     const auto a = std::size_t(std::countr_zero(left));
     const unsigned down = (ways_a[0] >> a & 1) != 0 ? edges_b & ways_b[0] : 0;

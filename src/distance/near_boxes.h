@@ -15,6 +15,9 @@
 
 namespace dyop::distance_internal {
 
+struct BoxSide;
+class BoxEdgeAxes;
+
 /// What to look for between two boxes.
 struct BoxSearch {
   Scalar reach = 0;  ///< between the cores
@@ -73,12 +76,10 @@ class DYOP_EXPORT NearBoxes {
   }
 
  private:
-  struct Side;
-  class EdgeAxes;
-
-  void find_triangles(const Side& own, const Side& other, std::array<std::uint16_t, 8>& triangles);
-  void find_edges(const Side& a, const Side& b, const RigidPose& X_AB);
-  void add_edges(EdgeAxes&& axes, unsigned edges_a, unsigned edges_b);
+  void find_triangles(const BoxSide& own, const BoxSide& other,
+                      std::array<std::uint16_t, 8>& triangles);
+  void find_edges(const BoxSide& a, const BoxSide& b, const RigidPose& X_AB);
+  void add_edges(BoxEdgeAxes&& axes, unsigned edges_a, unsigned edges_b);
 
   const BoxSearch search_;
   Scalar reach_;   // with an allowance for rounding
