@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/simd_pair.h"
 #include "distance/core_distance.h"
 #include "distance/gjk/warm_gjk.h"
 
@@ -28,12 +29,15 @@ Vector3 separating_direction(const ConvexShape& a, const ConvexShape& b, const R
 }  // namespace
 
 NearFeatures::NearFeatures(const TriangleMesh& surface, const RigidPose& X_AS)
-    : surface_(surface), indices_(surface.triangles()), X_AS_(X_AS) {}
+    : topology_(surface.topology()),
+      vertices_of_surface_(surface.vertices()),
+      indices_(surface.triangles()),
+      X_AS_(X_AS) {}
 
 Scalar NearFeatures::measure(const Vector3& direction_A) {
   const Vector3 n = X_AS_.rotation().transpose() * direction_A;
   const Scalar offset = direction_A.dot(X_AS_.translation());
-  const std::span<const Vector3> all = surface_.vertices();
+  const std::span<const Vector3> all = vertices_of_surface_;
   Scalar largest = -kInfinity;
   for (std::size_t v = 0; v < all.size(); ++v) {
     heights_[v] = n.dot(all[v]) + offset;
@@ -49,34 +53,32 @@ bool NearFeatures::add_triangle(std::int32_t triangle) {
   is_listed_[t] = true;
   triangles_[triangle_count_++] = triangle;
   const TriangleIndices& corners = indices_[t];
-  const MeshTopology& topology = surface_.topology();
   for (std::size_t k = 0; k < 3; ++k) {
     const auto from = std::size_t(corners[k]);
     const auto to = std::size_t(corners[k < 2 ? k + 1 : 0]);
     if (!is_corner_[from]) {
       is_corner_[from] = true;
       corners_[corner_count_++] = corners[k];
-      points_[from] = X_AS_ * surface_.vertices()[from];
+      points_[from] = X_AS_ * vertices_of_surface_[from];
     }
     if (!is_near_[from] && !is_near_[to]) continue;
     const std::int32_t side = 3 * triangle + std::int32_t(k);
-    const std::optional<std::int32_t> edge = topology.edge_of_side(side);
-    if (edge && topology.sides_of_edge(*edge)[0] == side) sides_[side_count_++] = side;
+    const std::optional<std::int32_t> edge = topology_.edge_of_side(side);
+    if (edge && topology_.sides_of_edge(*edge)[0] == side) sides_[side_count_++] = side;
   }
   return true;
 }
 
 bool NearFeatures::gather(Scalar least_height) {
-  const std::size_t count = surface_.vertices().size();
+  const std::size_t count = vertices_of_surface_.size();
   for (std::size_t v = 0; v < count; ++v) {
     if (heights_[v] < least_height) continue;
     if (vertex_count_ == kMostNear) return false;
     is_near_[v] = true;
     vertices_[vertex_count_++] = std::int32_t(v);
   }
-  const MeshTopology& topology = surface_.topology();
   for (std::size_t k = 0; k < vertex_count_; ++k) {
-    for (const std::int32_t corner : topology.corners_of_vertex(vertices_[k])) {
+    for (const std::int32_t corner : topology_.corners_of_vertex(vertices_[k])) {
       if (!add_triangle(corner / 3)) return false;
     }
   }
@@ -102,20 +104,28 @@ void NearFeatures::find_planes(Scalar reach, Scalar noise) {
     least_[k] = has_plane ? -slack * length : -kInfinity;
     most_[k] = has_plane ? (reach + slack) * length : kInfinity;
   }
+  // Two are compared at a time; nothing is beyond the one that may be added.
+  if (triangle_count_ % 2 != 0) {
+    for (auto& row : normals_) row[triangle_count_] = 0;
+    offsets_[triangle_count_] = least_[triangle_count_] = most_[triangle_count_] = 0;
+  }
 }
 
 void NearFeatures::compare(std::int32_t vertex, const NearFeatures& other) {
+  using core_internal::LanePair;
   const Vector3& p = point(vertex);
+  const LanePair x(p[0]), y(p[1]), z(p[2]);
   std::uint64_t beyond = 0;
-  std::uint64_t above = 0;
-  for (std::size_t k = 0; k < other.triangle_count_; ++k) {
-    const Scalar height = other.normals_[0][k] * p[0] + other.normals_[1][k] * p[1] +
-                          other.normals_[2][k] * p[2] - other.offsets_[k];
-    beyond |= std::uint64_t(height > other.most_[k]) << k;
-    above |= std::uint64_t(!(height < other.least_[k])) << k;
+  std::uint64_t below = 0;
+  for (std::size_t k = 0; k < other.triangle_count_; k += 2) {
+    const auto two = [k](const auto& row) { return LanePair(row[k], row[k + 1]); };
+    const LanePair height = two(other.normals_[0]) * x + two(other.normals_[1]) * y +
+                            two(other.normals_[2]) * z - two(other.offsets_);
+    beyond |= std::uint64_t(bits(above(height, two(other.most_)))) << k;
+    below |= std::uint64_t(bits(above(two(other.least_), height))) << k;
   }
   beyond_[std::size_t(vertex)] = beyond;
-  above_[std::size_t(vertex)] = above;
+  above_[std::size_t(vertex)] = ~below & other.all_triangles();
 }
 
 bool NearFeatures::is_beyond_one_plane(std::int32_t side) const {

@@ -66,11 +66,15 @@ class DYOP_EXPORT NearFeatures {
   bool is_near(std::size_t k) const { return (far_triangles_ >> k & 1) == 0; }
 
  private:
+  std::uint64_t all_triangles() const {
+    return triangle_count_ == 0 ? 0 : ~std::uint64_t{0} >> (kMostNear - triangle_count_);
+  }
   bool add_triangle(std::int32_t triangle);
   void compare(std::int32_t vertex, const NearFeatures& other);
   bool is_beyond_one_plane(std::int32_t side) const;
 
-  const TriangleMesh& surface_;
+  const MeshTopology& topology_;
+  std::span<const Vector3> vertices_of_surface_;
   std::span<const TriangleIndices> indices_;
   const RigidPose& X_AS_;
   std::array<Scalar, kMostVertices> heights_;
