@@ -59,6 +59,20 @@ mistake planes_without_the_reach src/distance/near_features.cpp distance 'FindCo
   '(reach + slack) * length' 'slack * length'
 mistake edges_need_both_ends src/distance/near_features.cpp distance 'FindContacts*' \
   '!is_near_[from] && !is_near_[to]' '!is_near_[from] || !is_near_[to]'
+mistake faces_without_the_reach src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  'const Scalar reach_sq = reach_ * reach_;' 'const Scalar reach_sq = reach_ * reach_ / 4;'
+mistake triangles_of_a_face_swapped src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  'pair[across > 0 ? 1 : 0]' 'pair[across > 0 ? 0 : 1]'
+mistake edges_without_the_reach src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  '1.04 * reach_ * sine' '0.5 * reach_ * sine'
+mistake edges_without_a_margin src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  '4 * search.noise * (1 + size / shortest)' '0 * (size / shortest)'
+mistake cone_without_the_sine src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  'sine * (search_.sine + kSlack) + unsure' 'unsure'
+mistake cone_admits_too_much src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  'sine * (search_.sine - kSlack) - unsure' '2 * sine * search_.sine'
+mistake lean_edges_forgotten src/distance/near_boxes.cpp contact 'BoxContacts*' \
+  'foremost + more < least' 'foremost + more / 1e6 < least'
 mistake score_that_overflows src/distance/triangle/triangle_pair.h distance 'TriangleDistanceBatch*' \
   'LanePair(kSmallestFacetSquare)' 'LanePair(kSmallestSquaredDirection)'
 mistake witness_outside_its_face src/paper/lin_canny.cpp paper '*LinCanny*' \

@@ -100,15 +100,15 @@ unsigned BoxSide::near_edges(std::size_t axis) const {
 }
 
 // The edges along axis i of A and j of B, in A's frame: along the unit vectors e and f, with middle
-// points a and b. With n = e x f and r = b - a the lines are n . r / |n| apart; they are nearest at
-// (r - f (f . r)) . e / n^2 from a along e, and at (e (e . r) - r) . f / n^2 from b along f. Each of
-// the three is a sum of one term of A's edge and one of B's. Edges by their places (kBoxEdgeAt).
+// points a and b. With n = e x f and r = b - a, the lines are n . r / |n| apart. Their nearest
+// points are (r - f (f . r)) . e / n^2 from a and (e (e . r) - r) . f / n^2 from b. All three are
+// sums of one term of A's edge and one of B's. Edges by their places (kBoxEdgeAt).
 class BoxEdgeAxes {
  public:
   BoxEdgeAxes(std::size_t i, std::size_t j, const Vector3& half_a, const Vector3& half_b,
               const RigidPose& X_AB);
 
-  // Has to come before the two that follow.
+  // To be called before height() and are_beside().
   void find_places();
   Scalar height(std::size_t a, std::size_t b) const { return height_b_[b] - height_a_[a]; }
   // Whether the lines come nearest within both edges, each longer by `more`, or by `margin` / n^2.
