@@ -195,13 +195,18 @@ HapticSession::Deadline haptic_deadline(double seconds) {
   return deadline;
 }
 
-// Hands over a list of the last tick, each entry as `record` writes it.
+// The list of a tool's last tick, each entry as `record` writes it.
 template <typename Entry, typename Struct>
-void hand_over_list(const std::vector<Entry>& list, Struct (*record)(const Entry&), Struct* out,
-                    std::size_t capacity, std::size_t* count, const char* what) {
-  std::vector<Struct> records;
-  for (const Entry& entry : list) records.push_back(record(entry));
-  hand_over(records, out, capacity, count, what);
+dyop_status hand_over_last(dyop_context* context, dyop_haptic_session session, std::size_t tool,
+                           std::vector<Entry> HapticTick::*list, Struct (*record)(const Entry&),
+                           Struct* out, std::size_t capacity, std::size_t* count,
+                           const char* what) {
+  return guard(context, [&] {
+    std::vector<Struct> records;
+    const auto object = context->haptic_session(session);
+    for (const Entry& entry : object->last(tool).*list) records.push_back(record(entry));
+    hand_over(records, out, capacity, count, what);
+  });
 }
 
 }  // namespace
@@ -302,50 +307,40 @@ dyop_status dyop_haptic_update_tools(dyop_context* context, dyop_haptic_session 
 
 dyop_status dyop_haptic_contacts_of(dyop_context* context, dyop_haptic_session session, size_t tool,
                                     dyop_tool_contact* contacts, size_t capacity, size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).contacts,
-                            dyop::c::contact_record, contacts, capacity, count,
-                            "dyop_tool_contact");
-  });
+  return dyop::c::hand_over_last(context, session, tool, &dyop::HapticTick::contacts,
+                                 dyop::c::contact_record, contacts, capacity, count,
+                                 "dyop_tool_contact");
 }
 
 dyop_status dyop_haptic_impulses_of(dyop_context* context, dyop_haptic_session session, size_t tool,
                                     dyop_tool_impulse* impulses, size_t capacity, size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).impulses,
-                            dyop::c::impulse_record, impulses, capacity, count,
-                            "dyop_tool_impulse");
-  });
+  return dyop::c::hand_over_last(context, session, tool, &dyop::HapticTick::impulses,
+                                 dyop::c::impulse_record, impulses, capacity, count,
+                                 "dyop_tool_impulse");
 }
 
 dyop_status dyop_haptic_clearances_of(dyop_context* context, dyop_haptic_session session,
                                       size_t tool, dyop_tool_clearance* clearances, size_t capacity,
                                       size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).clearances,
-                            dyop::c::clearance_record, clearances, capacity, count,
-                            "dyop_tool_clearance");
-  });
+  return dyop::c::hand_over_last(context, session, tool, &dyop::HapticTick::clearances,
+                                 dyop::c::clearance_record, clearances, capacity, count,
+                                 "dyop_tool_clearance");
 }
 
 dyop_status dyop_haptic_tool_contacts(dyop_context* context, dyop_haptic_session session,
                                       size_t tool, dyop_tool_contact* contacts, size_t capacity,
                                       size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).tool_contacts,
-                            dyop::c::contact_record, contacts, capacity, count,
-                            "dyop_tool_contact");
-  });
+  return dyop::c::hand_over_last(context, session, tool, &dyop::HapticTick::tool_contacts,
+                                 dyop::c::contact_record, contacts, capacity, count,
+                                 "dyop_tool_contact");
 }
 
 dyop_status dyop_haptic_tool_clearances(dyop_context* context, dyop_haptic_session session,
                                         size_t tool, dyop_tool_clearance* clearances,
                                         size_t capacity, size_t* count) {
-  return guard(context, [&] {
-    dyop::c::hand_over_list(context->haptic_session(session)->last(tool).tool_clearances,
-                            dyop::c::clearance_record, clearances, capacity, count,
-                            "dyop_tool_clearance");
-  });
+  return dyop::c::hand_over_last(context, session, tool, &dyop::HapticTick::tool_clearances,
+                                 dyop::c::clearance_record, clearances, capacity, count,
+                                 "dyop_tool_clearance");
 }
 
 dyop_status dyop_haptic_session_destroy(dyop_context* context, dyop_haptic_session session) {
