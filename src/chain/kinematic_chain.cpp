@@ -148,6 +148,14 @@ std::vector<Twist> KinematicChain::link_jacobian(std::size_t link, const JointVe
   return twists;
 }
 
+bool KinematicChain::is_fixed(std::size_t link) const {
+  DYOP_REQUIRE(link < links_.size(), "the chain has ", links_.size(), " links, no link ", link);
+  for (; steps_[link]; link = steps_[link]->parent) {
+    if (steps_[link]->type != JointType::Fixed) return false;
+  }
+  return true;
+}
+
 std::size_t KinematicChain::common_ancestor(std::size_t first, std::size_t second) const {
   while (first != second) {
     std::size_t& deeper = depths_[first] >= depths_[second] ? first : second;

@@ -81,6 +81,27 @@ TEST(KinematicChain, JacobiansAreTheRatesOfThePoses) {
   }
 }
 
+// A fixed link is where it is at all coordinates, any other one is not.
+TEST(KinematicChain, FixedLinksAreThoseThatNoCoordinateMoves) {
+  std::mt19937_64 random(5);
+  int fixed = 0, moving = 0;
+  for (int round = 0; round < 200; ++round) {
+    const KinematicChain chain = random_tree(1, random);
+    JointVector q(chain.coordinate_count());
+    for (Eigen::Index i = 0; i < q.size(); ++i) q[i] = random_number(0.1, 2, random);
+    const auto at_zero = oracle_link_poses(chain, JointVector::Zero(q.size()));
+    const auto at_q = oracle_link_poses(chain, q);
+    for (std::size_t link = 1; link < chain.links().size(); ++link) {
+      EXPECT_EQ(chain.is_fixed(link), (at_q[link] - at_zero[link]).norm() < 1e-12);
+      ++(chain.is_fixed(link) ? fixed : moving);
+    }
+    EXPECT_TRUE(chain.is_fixed(0));
+    EXPECT_THROW(chain.is_fixed(chain.links().size()), InvalidArgument);
+  }
+  EXPECT_GT(fixed, 50);
+  EXPECT_GT(moving, 200);
+}
+
 TEST(KinematicChain, NamesWhatIsWrong) {
   const auto message = [](std::vector<Link> links, std::vector<Joint> joints) {
     return message_of<InvalidArgument>(

@@ -78,6 +78,9 @@ def test_poses_of_links(arm):
     np.testing.assert_allclose(
         arm.link_poses([0.5])[2].translation, [np.cos(0.5), np.sin(0.5), 0], atol=1e-15
     )
+    assert [arm.is_fixed(k) for k in range(3)] == [True, False, False]
+    with pytest.raises(ValueError, match="no link 3"):
+        arm.is_fixed(3)
     motion = dyop.LinkMotion(arm, turning(2), 2)
     np.testing.assert_allclose(
         motion.pose(0.25).translation, arm.link_poses([0.5])[2].translation, atol=1e-15

@@ -109,6 +109,10 @@ class KinematicChain {
   /// @throws InvalidArgument as link_poses(), or if there is no such link.
   std::vector<Twist> link_jacobian(std::size_t link, const JointVector& q) const;
 
+  /// Whether the link rests at all coordinates, as the root does: only fixed joints are above it.
+  /// @throws InvalidArgument if there is no such link.
+  bool is_fixed(std::size_t link) const;
+
   /// Pairs that self-collision checks: both links have shapes, they are not neighbours (joined
   /// directly, or only through links without shapes) or among Options::checked_pairs, and the pair
   /// is not ignored.

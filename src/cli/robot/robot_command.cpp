@@ -660,14 +660,6 @@ void print_answer_json(const Robot& robot, const Answer& answer) {
   std::cout << json.dump() << '\n';
 }
 
-// Whether nothing moves the link: no joint between it and the root.
-bool rests(const KinematicChain& chain, std::size_t link) {
-  for (; chain.step(link); link = chain.step(link)->parent) {
-    if (chain.step(link)->type != JointType::Fixed) return false;
-  }
-  return true;
-}
-
 // The page that plays the path among its obstacles; what is hit is marked.
 std::string path_page(const Surroundings& around, const std::shared_ptr<const JointPath>& path,
                       const Answer& answer) {
@@ -693,7 +685,7 @@ std::string path_page(const Surroundings& around, const std::shared_ptr<const Jo
   const std::span<const Link> links = around.robot.chain->links();
   for (std::size_t k = 0; k < links.size(); ++k) {
     if (!links[k].shape) continue;
-    const bool is_fixed = rests(*around.robot.chain, k);
+    const bool is_fixed = around.robot.chain->is_fixed(k);
     add(links[k].name, is_fixed ? BodyKind::Static : BodyKind::Kinematic, links[k].shape,
         std::make_shared<LinkMotion>(around.robot.chain, path, k));
   }

@@ -60,23 +60,13 @@ def _named(things):
         yield str(name), shape, placed
 
 
-def _rests(link, joint_above):
-    """Whether no joint between the link and the root moves."""
-    while link in joint_above:
-        if joint_above[link].type != _dyop.JointType.Fixed:
-            return False
-        link = joint_above[link].parent
-    return True
-
-
 def _robot_bodies(robot, at):
     if isinstance(at, _dyop.JointPath):
         path = robot.expand(at)
-        joint_above = {joint.child: joint for joint in robot.chain.joints}
         poses = robot.link_poses(at.position(at.domain().begin))
         placed = [
-            X if _rests(link.name, joint_above) else _dyop.LinkMotion(robot.chain, path, k)
-            for k, (link, X) in enumerate(zip(robot.links, poses))
+            X if robot.chain.is_fixed(k) else _dyop.LinkMotion(robot.chain, path, k)
+            for k, X in enumerate(poses)
         ]
     else:
         if at is None:

@@ -166,6 +166,8 @@ void bind_chain_methods(ChainClass& type) {
           },
           py::arg("link"), py::arg("q"),
           "How a link moves with the coordinates (K,): a twist for each, per unit of it.")
+      .def("is_fixed", &Chain::is_fixed, py::arg("link"),
+           "Whether a link rests at all coordinates: only fixed joints are above it.")
       .def(
           "are_neighbours",
           [](const Chain& c, std::size_t first, std::size_t second) {
