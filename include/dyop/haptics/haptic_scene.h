@@ -27,7 +27,7 @@ struct ToolHinge {
 struct ToolPart {
   std::shared_ptr<const Shape> shape;
   RigidPose X_TP;  ///< its pose in the tool frame while its hinge is at angle 0
-  std::optional<std::size_t> hinge = {};  ///< number among HapticScene::hinges
+  std::optional<std::size_t> hinge = {};  ///< number among its tool's hinges
 };
 
 /// How the tool treats an obstacle.

@@ -145,7 +145,7 @@ struct HapticTick {
   /// without running behind and touches no other tool, they sum to what the springs pulled with,
   /// times dt; dampers do not count.
   std::vector<ToolImpulse> impulses;
-  Vector3 trocar_force_W = Vector3::Zero();  ///< of HapticScene::trocar on the tool
+  Vector3 trocar_force_W = Vector3::Zero();  ///< of the tool's trocar on the tool
   std::vector<ToolClearance> clearances;     ///< one for each obstacle
   /// Where several tools are in the scene: the contacts with the others, also those without a force
   /// (ContactState::Open), and one clearance for each tool, of which its own is infinite.

@@ -252,7 +252,7 @@ void bind_scene(py::module_& m) {
   Record<ToolPart>(m, "ToolPart", "One body of the tool.")
       .option<&ToolPart::shape>("shape", "Optional[Shape]: required")
       .option<&ToolPart::X_TP>("X_TP", "RigidPose: in the tool frame, its hinge at angle 0")
-      .option<&ToolPart::hinge>("hinge", "Optional[int]: number among HapticScene.hinges")
+      .option<&ToolPart::hinge>("hinge", "Optional[int]: number among its tool's hinges")
       .finish();
   Record<ToolObstacle>(m, "ToolObstacle", "A rigid shape at rest, or a mesh that deforms.")
       .option<&ToolObstacle::name>("name", "str: for messages")
