@@ -90,23 +90,28 @@ std::vector<CompoundChild> children_of(const HapticTool& tool, std::optional<std
   return children;
 }
 
+void require_valid_parts(const HapticTool& tool, std::size_t number) {
+  DYOP_REQUIRE(!tool.parts.empty(), "HapticSession: tool ", number, " needs at least one part");
+  for (std::size_t k = 0; k < tool.parts.size(); ++k) {
+    const ToolPart& part = tool.parts[k];
+    DYOP_REQUIRE(part.shape, "HapticSession: tool ", number, ", part ", k, " has no shape");
+    DYOP_REQUIRE(!part.hinge || *part.hinge < tool.hinges.size(), "HapticSession: tool ", number,
+                 ", part ", k, " names hinge ", part.hinge.value_or(0), " of ", tool.hinges.size());
+  }
+}
+
 }  // namespace
 
 std::vector<ToolBody> make_tool_bodies(const HapticTool& tool, std::size_t number,
                                        bool with_pieces) {
-  DYOP_REQUIRE(!tool.parts.empty(), "HapticSession: the tool needs at least one part");
-  for (std::size_t k = 0; k < tool.parts.size(); ++k) {
-    DYOP_REQUIRE(tool.parts[k].shape, "HapticSession: part ", k, " has no shape");
-    DYOP_REQUIRE(!tool.parts[k].hinge || *tool.parts[k].hinge < tool.hinges.size(),
-                 "HapticSession: part ", k, " names hinge ", tool.parts[k].hinge.value_or(0),
-                 " of ", tool.hinges.size());
-  }
+  require_valid_parts(tool, number);
   std::vector<ToolBody> bodies;
   const auto fixed = children_of(tool, std::nullopt);
   if (!fixed.empty()) bodies.push_back(make_body(fixed, std::nullopt, with_pieces));
   for (std::size_t hinge = 0; hinge < tool.hinges.size(); ++hinge) {
     const auto children = children_of(tool, hinge);
-    DYOP_REQUIRE(!children.empty(), "HapticSession: hinge ", hinge, " has no parts");
+    DYOP_REQUIRE(!children.empty(), "HapticSession: tool ", number, ", hinge ", hinge,
+                 " has no parts");
     bodies.push_back(make_body(children, hinge, with_pieces));
     bodies.back().reach += tool.hinges[hinge].X_TJ.translation().norm();
   }

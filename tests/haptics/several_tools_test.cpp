@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
@@ -13,6 +14,7 @@
 #include "support/allocation_count.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/inputs/random_inputs.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -20,6 +22,7 @@ namespace {
 using testing::device_at;
 using testing::haptic_options;
 using testing::kMillisecond;
+using testing::message_of;
 using testing::random_direction;
 using testing::random_number;
 using testing::random_vector;
@@ -401,6 +404,27 @@ TEST(SeveralTools, RefuseWhatCannotBe) {
   scene.more_tools.resize(1);
   scene.more_tools[0].parts.clear();
   EXPECT_THROW(HapticSession(scene, haptic_options()), InvalidArgument);
+}
+
+TEST(SeveralTools, ErrorsNameTheTool) {
+  const auto expect_error = [](const HapticScene& scene, const std::string& expected) {
+    const std::string error = message_of([&] { HapticSession(scene, haptic_options()); });
+    EXPECT_NE(error.find("HapticSession: " + expected), std::string::npos) << error;
+  };
+  const HapticScene good = two_balls(1, 6);
+  HapticScene scene = good;
+  scene.more_tools[0].hinges.resize(2, {{}, 0, 1});
+  scene.more_tools[0].parts.push_back(part_of(std::make_shared<Sphere>(1), {}, 6));
+  expect_error(scene, "tool 1, part 1 names hinge 6 of 2");
+  scene.more_tools[0].parts[1].hinge = 0;
+  expect_error(scene, "tool 1, hinge 1 has no parts");
+  scene.more_tools[0].parts[0].shape = nullptr;
+  expect_error(scene, "tool 1, part 0 has no shape");
+  scene.more_tools[0].parts.clear();
+  expect_error(scene, "tool 1 needs at least one part");
+  scene = good;
+  scene.tool[0].hinge = 0;
+  expect_error(scene, "tool 0, part 0 names hinge 0 of 0");
 }
 
 }  // namespace
