@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "contact/all_contact_solvers.h"
 #include "dyop/core/error.h"
@@ -43,53 +45,65 @@ void expect_sound(const ContactProblem& problem, const ContactReport& report, Sc
   EXPECT_EQ(broken_contact_law(problem, report.residual * 1.001 + 1e-11 * speed), "");
 }
 
+struct Answer {
+  ContactProblem problem;
+  ContactReport report = {};
+};
+
 template <typename Solver>
 class ContactSolverContract : public ::testing::Test {
  protected:
+  static constexpr Scalar kTolerance = 1e-8;
+
+  Answer solved(ContactProblem problem) {
+    Answer answer{std::move(problem)};
+    answer.report = solver_.solve(answer.problem, generous_options(kTolerance));
+    return answer;
+  }
+
+  // Expects answer(0), answer(1), ... to be sound, and at least `percent` % of them converged.
+  void expect_answers(int count, int percent, const std::function<Answer(int)>& answer) {
+    int converged = 0;
+    for (int i = 0; i < count; ++i) {
+      const auto [problem, report] = answer(i);
+      SCOPED_TRACE(::testing::Message() << "problem " << i);
+      expect_sound(problem, report, kTolerance);
+      converged += report.status == ContactStatus::Converged;
+    }
+    std::printf("%s: solved %d of %d\n", std::string(solver_.name()).c_str(), converged, count);
+    EXPECT_GE(converged, count * percent / 100);
+  }
+
   Solver solver_;
 };
 TYPED_TEST_SUITE(ContactSolverContract, AllContactSolvers);
 
 TYPED_TEST(ContactSolverContract, AnswersObeyTheLaws) {
   std::mt19937_64 random(11);
-  int converged = 0;
-  constexpr int kProblems = 400;
-  for (int i = 0; i < kProblems; ++i) {
+  this->expect_answers(400, 97, [&](int i) {
     RandomContacts wanted;
     wanted.bodies = 1 + random_index(8, random);
     wanted.contacts = random_index(4 * wanted.bodies + 1, random);
     wanted.friction = i % 8 == 0 ? 3 : 0.7;
     wanted.largest_ratio = i % 5 == 0 ? 1e6 : 10;
     wanted.has_degenerates = i % 2 == 0;
-    ContactProblem problem = random_contact_problem(wanted, random);
-    const ContactReport report = this->solver_.solve(problem, generous_options(1e-8));
-    SCOPED_TRACE(::testing::Message() << "problem " << i);
-    expect_sound(problem, report, 1e-8);
-    converged += report.status == ContactStatus::Converged;
-  }
-  std::printf("%s: solved %d of %d\n", std::string(this->solver_.name()).c_str(), converged,
-              kProblems);
-  EXPECT_GE(converged, kProblems * 97 / 100);
+    return this->solved(random_contact_problem(wanted, random));
+  });
 }
 
 // A body that is divided in two, both of which carry its contacts, moves as it does whole.
 TYPED_TEST(ContactSolverContract, CarriersOfAContactActAsOneBody) {
   std::mt19937_64 random(19);
-  int converged = 0;
-  constexpr int kProblems = 200;
-  for (int i = 0; i < kProblems; ++i) {
+  this->expect_answers(200, 97, [&](int) {
     RandomContacts wanted;
     wanted.bodies = 1 + random_index(6, random);
     wanted.contacts = random_index(3 * wanted.bodies + 1, random);
-    ContactProblem problem = random_contact_problem(wanted, random);
-    ContactProblem divided = with_divided_bodies(problem, random);
-    const ContactReport report = this->solver_.solve(divided, generous_options(1e-8));
-    join_bodies(divided, problem);
-    SCOPED_TRACE(::testing::Message() << "problem " << i);
-    expect_sound(problem, report, 1e-8);
-    converged += report.status == ContactStatus::Converged;
-  }
-  EXPECT_GE(converged, kProblems * 97 / 100);
+    Answer whole{random_contact_problem(wanted, random)};
+    const Answer divided = this->solved(with_divided_bodies(whole.problem, random));
+    join_bodies(divided.problem, whole.problem);
+    whole.report = divided.report;
+    return whole;
+  });
 }
 
 TYPED_TEST(ContactSolverContract, RefusesCarriersThatCannotBe) {
@@ -267,9 +281,7 @@ TYPED_TEST(ContactSolverContract, BadInputIsNamed) {
 // Random chains of joints of all kinds among contacts.
 TYPED_TEST(ContactSolverContract, RowsAndContactsTogetherObeyTheirLaws) {
   std::mt19937_64 random(16);
-  int converged = 0;
-  constexpr int kProblems = 100;
-  for (int i = 0; i < kProblems; ++i) {
+  this->expect_answers(100, 95, [&](int) {
     RandomContacts wanted;
     wanted.friction = 0.4;
     wanted.contacts = 6;
@@ -293,12 +305,8 @@ TYPED_TEST(ContactSolverContract, RowsAndContactsTogetherObeyTheirLaws) {
       if (random_index(2, random) == 0) contact.rolling_friction = 0.1;
       if (random_index(2, random) == 0) contact.torsional_friction = 0.05;
     }
-    const ContactReport report = this->solver_.solve(problem, generous_options(1e-8));
-    SCOPED_TRACE(::testing::Message() << "problem " << i);
-    expect_sound(problem, report, 1e-8);
-    converged += report.status == ContactStatus::Converged;
-  }
-  EXPECT_GE(converged, kProblems * 95 / 100);
+    return this->solved(std::move(problem));
+  });
 }
 
 }  // namespace
