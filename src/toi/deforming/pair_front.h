@@ -75,10 +75,12 @@ class GrowingBlocks {
 
 /// What is known of the distance of a deforming mesh A from a rigid mesh B, kept while both move: a
 /// tree of pairs of their boxes, opened as far as was needed. Every pair of triangles is below
-/// exactly one pair that is not opened; these are the front. Each carries a lower bound of the
-/// distance of all its triangles; what the two have moved since is subtracted. So a query soon
-/// after the last one examines only the pairs whose bounds no longer suffice, and opened pairs that
-/// have become far enough are closed (docs/haptics.md).
+/// exactly one pair that is not opened; these are the front. Each carries a direction n and the gap
+/// b along it when it was examined. If no point has moved by more than m since, relative to any
+/// point of the other side, the distance of all its triangles is at least b - m; if all of B has
+/// moved by D and nothing by more than T besides, also b + n.D - T. So a query soon after the last
+/// one examines only the pairs whose bounds no longer suffice, and opened pairs that have become far
+/// enough are closed (docs/haptics.md).
 ///
 /// The meshes and the numbers of their vertices must stay the same, or restart() and seed() be
 /// called; places may change.
