@@ -5,6 +5,7 @@
 
 #include "check/enclosure.h"
 #include "check/laws/laws.h"
+#include "check/trusted/haptic_prover.h"
 #include "check/trusted/prover.h"
 
 namespace dyop_check {
@@ -142,14 +143,68 @@ void print_contacts(std::ostream& out, const Recording& recording, const Contact
   for (const std::string& fault : law.faults) out << "  FAULT: " << printable(fault) << '\n';
 }
 
+void print_findings(std::ostream& out, const char* word, const std::vector<HapticFinding>& findings,
+                    std::int64_t count) {
+  for (const HapticFinding& finding : findings) {
+    out << "  " << word << ": " << printable(finding.a) << " and " << printable(finding.b)
+        << " in tick " << finding.tick;
+    if (std::string(word) == "refuted")
+      out << " are at most " << finding.distance << " apart, the margin is " << finding.margin;
+    out << '\n';
+  }
+  if (count > std::int64_t(findings.size()))
+    out << "  ... and " << count - std::int64_t(findings.size()) << " more\n";
+}
+
+int print_verdict(std::ostream& out, const HapticRecording& recording,
+                  const HapticVerdict& verdict) {
+  out.precision(10);
+  const bool is_proven = verdict.refuted_count + verdict.undecided_count == 0;
+  const bool has_exceptions = verdict.leaving + verdict.crossing > 0;
+  if (is_proven) {
+    out << "geometry   proven: every part of a tool " << (has_exceptions ? "but those below " : "")
+        << "keeps its margin in every motion of " << recording.tick_count << " ticks\n";
+  } else {
+    out << "geometry   " << (verdict.refuted_count > 0 ? "REFUTED\n" : "undecided\n");
+  }
+  print_findings(out, "refuted", verdict.refuted, verdict.refuted_count);
+  print_findings(out, "undecided", verdict.undecided, verdict.undecided_count);
+  if (verdict.leaving > 0) {
+    out << "  " << verdict.leaving << " times a part was nearer than its margin, as its tick says, "
+        << "and is proven not to touch\n";
+  }
+  if (verdict.crossing > 0) {
+    out << "  " << verdict.crossing
+        << " times a part is not proven, as its tick says that the tool "
+        << "leaves a margin, or crosses\n";
+  }
+  if (verdict.placed > 1) out << "  tools began afresh " << verdict.placed - 1 << " times\n";
+  if (verdict.replaced > 0)
+    out << "  " << verdict.replaced << " times tissue became another mesh\n";
+  if (recording.missing_ticks > 0) {
+    out << "  " << recording.missing_ticks
+        << " ticks are not in the file, as the log was too slow for them: nothing is said of "
+           "these\n";
+  }
+  if (!recording.is_complete) out << "  the run has no end: it goes on, or was killed\n";
+  out << "work       " << verdict.motions << " motions, " << verdict.proven
+      << " pairs of bodies proven, " << verdict.node_pairs << " node pairs\n";
+  if (verdict.refuted_count > 0) return 1;
+  return verdict.undecided_count > 0 ? 3 : 0;
+}
+
 }  // namespace
 
 int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors) {
   try {
     const Hdf5Reader reader(file);
-    const Recording recording = read_recording(reader);
     CheckOptions options;
     options.scale = scale;
+    if (reader.text_attribute("format") == "dyop tool recording") {
+      const HapticRecording recording(reader);
+      return print_verdict(out, recording, check_haptic_run(recording, options));
+    }
+    const Recording recording = read_recording(reader);
     const int code = print_verdict(out, recording, check_geometry(recording, options));
     const LawData data = read_law_data(reader, recording);
     if (data.changes.empty()) {

@@ -83,13 +83,14 @@ Vec support_point(const PosedNode& at, const Vec& d) {
   const Node& node = *at.node;
   const Vec in = transposed(at.X->R, d);
   if (node.is_leaf()) {
-    const Piece& piece = at.body->pieces[std::size_t(node.piece)];
-    return *at.X * (piece.core_support(in) +
-                    (piece.radius / std::max(norm(in), std::numeric_limits<double>::min())) * in);
+    const double radius = at.body->pieces[std::size_t(node.piece)].radius;
+    return *at.X * (at.body->core_support(node, in, at.part) +
+                    (radius / std::max(norm(in), std::numeric_limits<double>::min())) * in);
   }
-  return *at.X *
-         (node.center + Vec{std::copysign(node.half.x, in.x), std::copysign(node.half.y, in.y),
-                            std::copysign(node.half.z, in.z)});
+  const Vec half = node.half + at.part * node.half_move;
+  return *at.X * (node.center + at.part * node.center_move +
+                  Vec{std::copysign(half.x, in.x), std::copysign(half.y, in.y),
+                      std::copysign(half.z, in.z)});
 }
 
 Nearest gjk(const PosedNode& a, const PosedNode& b, const Vec& guess) {

@@ -4,7 +4,6 @@
 namespace dyop_check {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kInside = 0.5;  // turns; a closed surface has whole ones
 
 // One point of each connected part of a body. A half-space is inside of nothing.

@@ -413,6 +413,7 @@ void tell(SessionState& state, const Outcome& outcome, std::size_t number, Scala
   tick.time = state.time;
   tick.tool = state.proxy.poses()[number];
   tick.path = state.proxy.path(number);
+  tick.path_progress = state.proxy.path_progress();
   tick.cutoff = state.clock.cutoff();
   tell_tissue(state, outcome.late, tick);
   tell_wrench(tool, outcome.verdicts[number], dt, tick);

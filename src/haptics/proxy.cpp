@@ -144,6 +144,8 @@ void Proxy::start(const Following& tick) {
     paths_[k].push_back({0, course_.pose[k]});
     impulses_[k].clear();
   }
+  path_progress_.clear();
+  note_progress();
   look_for_escape(tick.clock, tick.work);
   course_.last_goal_step = course_.goal_step;
   course_.goal_step = step_between(last_goal_.value_or(course_.pose), tick.goal);
@@ -371,6 +373,13 @@ void Proxy::commit(const ToolMotions& motion, Scalar t, ToolSet moving) {
   contacts_.pass(t);
   scene_.place(course_.pose);
   for (const auto& obstacle : scene_.obstacles) obstacle->pass(t);
+  note_progress();
+}
+
+void Proxy::note_progress() {
+  for (std::size_t k = 0; k < scene_.scene_obstacles; ++k) {
+    path_progress_.push_back(scene_.obstacles[k]->progress());
+  }
 }
 
 // For so long the forces of the last solve act.

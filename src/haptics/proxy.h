@@ -104,6 +104,8 @@ class Proxy {
   const ToolPoses& poses() const { return course_.pose; }
   /// The motions of the last follow().
   const std::vector<ToolWaypoint>& path(std::size_t tool) const { return paths_[tool]; }
+  /// Where the scene's obstacles were at each waypoint, one after the other.
+  const std::vector<ObstacleProgress>& path_progress() const { return path_progress_; }
   std::span<const HoldPoint> holds() const { return contacts_.holds(); }
   /// The force of a hold on its body's tool in the last solve, as if that had been for the whole
   /// way to the goal.
@@ -177,6 +179,7 @@ class Proxy {
   void look_for_escape(WorkClock& clock, TickStatistics& work);
   Proof prove(const ToolMotions& motion, Scalar duration, Following& tick);
   void commit(const ToolMotions& motion, Scalar t, ToolSet moving);
+  void note_progress();
   void add_impulses(Scalar time);
   void forget(std::size_t obstacle);
   bool is_at(std::size_t tool, const ToolPose& goal) const;
@@ -192,6 +195,7 @@ class Proxy {
   bool was_escape_cut_ = false;
   PerTool<Scalar> goal_parts_;  // of the way to the goal that the last solve was for
   std::array<std::vector<ToolWaypoint>, kMostTools> paths_;
+  std::vector<ObstacleProgress> path_progress_;
   std::array<std::vector<ToolImpulse>, kMostTools> impulses_;
 };
 

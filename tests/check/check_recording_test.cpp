@@ -9,7 +9,6 @@
 #include <functional>
 #include <sstream>
 
-#include "check/check.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
@@ -21,6 +20,7 @@
 #include "dyop/motion/interpolated_motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
+#include "support/check_answer.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 #include "support/temporary_directory.h"
@@ -28,22 +28,11 @@
 namespace dyop {
 namespace {
 
-constexpr int kProven = 0;
-constexpr int kRefuted = 1;
-constexpr int kUnusable = 2;
-
-struct Answer {
-  int code = 0;
-  std::string text;
-  std::string error;
-};
-
-Answer check(const std::filesystem::path& file, double scale = 1) {
-  std::ostringstream out;
-  std::ostringstream errors;
-  const int code = dyop_check::check_file(file.string(), scale, out, errors);
-  return {code, out.str(), errors.str()};
-}
+using testing::Answer;
+using testing::check;
+using testing::kProven;
+using testing::kRefuted;
+using testing::kUnusable;
 
 class CheckRecording : public ::testing::Test {
  protected:

@@ -138,6 +138,9 @@ struct HapticTick {
   HapticStatus status = HapticStatus::NotRun;
   ToolPose tool;
   std::vector<ToolWaypoint> path;  ///< the committed motions: the start, then the end of each
+  /// Where the obstacles were at each waypoint: obstacle k, of n, at path[i] is number i * n + k. In
+  /// between their fractions grow at constant rates.
+  std::vector<ObstacleProgress> path_progress;
   ToolWrench wrench;               ///< on the hand
   std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
   std::vector<ToolContactPoint> candidates;  ///< that were near it then and had no force

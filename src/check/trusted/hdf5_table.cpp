@@ -2,8 +2,7 @@
 #include "check/trusted/hdf5_table.h"
 
 #include <array>
-
-#include "check/trusted/json.h"
+#include <sstream>
 
 namespace dyop_check {
 namespace {
@@ -45,10 +44,11 @@ struct Dataset {
     if (count > size[0] || row == 0 || count > most / row) throw BadFile(name + " is too short");
   }
 
-  // The first rows, of which each has `width` elements of a type.
-  void read(hid_t type, std::uint64_t count, std::size_t width, void* out) const {
+  // Rows, of which each has `width` elements of a type.
+  void read(hid_t type, std::uint64_t first, std::uint64_t count, std::size_t width,
+            void* out) const {
     if (size[1] != width) throw BadFile(name + " has an unknown form");
-    const std::array<hsize_t, 2> start{0, 0};
+    const std::array<hsize_t, 2> start{first, 0};
     const std::array<hsize_t, 2> part{count, size[1]};
     H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, part.data(), nullptr);
     const Handle memory(H5Screate_simple(rank, part.data(), nullptr), H5Sclose, name);
@@ -105,54 +105,72 @@ std::uint64_t Hdf5Reader::length(const char* dataset) const {
 
 template <typename T>
 std::vector<T> Hdf5Reader::column(const char* table, const char* name, hid_t type,
-                                  std::uint64_t count) const {
-  const Handle row(H5Tcreate(H5T_COMPOUND, sizeof(T)), H5Tclose, name);
-  H5Tinsert(row, name, 0, type);
-  return rows<std::vector<T>>(table, row, count, 1);
-}
-
-template <typename Numbers>
-Numbers Hdf5Reader::rows(const char* dataset, hid_t type, std::uint64_t count,
-                         std::size_t width) const {
-  if (count == 0) return {};
-  const Dataset data(file_, dataset);
+                                  std::uint64_t count, std::size_t width) const {
+  if (count == 0 || width == 0) return {};
+  const hsize_t size = width;
+  const Handle list(H5Tarray_create2(type, 1, &size), H5Tclose, name);
+  const Handle row(H5Tcreate(H5T_COMPOUND, width * sizeof(T)), H5Tclose, name);
+  H5Tinsert(row, name, 0, width == 1 ? type : hid_t(list));
+  const Dataset data(file_, table);
   data.require_rows(count);
-  Numbers numbers;
-  numbers.resize(count * width);
-  data.read(type, count, width, numbers.data());
+  std::vector<T> numbers(count * width);
+  data.read(row, 0, count, 1, numbers.data());
   return numbers;
 }
 
-std::vector<double> Hdf5Reader::reals(const char* table, const char* name,
-                                      std::uint64_t count) const {
-  return column<double>(table, name, H5T_NATIVE_DOUBLE, count);
+template <typename Numbers>
+Numbers Hdf5Reader::rows(const char* dataset, hid_t type, std::uint64_t count, std::size_t width,
+                         std::uint64_t first) const {
+  if (count == 0) return {};
+  const Dataset data(file_, dataset);
+  if (first + count < first) throw BadFile(std::string(dataset) + " is too short");
+  data.require_rows(first + count);
+  Numbers numbers;
+  numbers.resize(count * width);
+  data.read(type, first, count, width, numbers.data());
+  return numbers;
+}
+
+std::vector<double> Hdf5Reader::reals(const char* table, const char* name, std::uint64_t count,
+                                      std::size_t width) const {
+  return column<double>(table, name, H5T_NATIVE_DOUBLE, count, width);
 }
 
 std::vector<std::uint64_t> Hdf5Reader::integers(const char* table, const char* name,
-                                                std::uint64_t count) const {
-  return column<std::uint64_t>(table, name, H5T_NATIVE_UINT64, count);
+                                                std::uint64_t count, std::size_t width) const {
+  return column<std::uint64_t>(table, name, H5T_NATIVE_UINT64, count, width);
 }
 
 std::vector<Vec> Hdf5Reader::vectors(const char* table, const char* name,
                                      std::uint64_t count) const {
-  static_assert(sizeof(Vec) == 3 * sizeof(double));
-  const hsize_t three = 3;
-  const Handle type(H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &three), H5Tclose, name);
-  return column<Vec>(table, name, type, count);
+  std::vector<Vec> all;
+  const std::vector<double> numbers = reals(table, name, count, 3);
+  for (std::size_t k = 0; k < numbers.size(); k += 3)
+    all.push_back({numbers[k], numbers[k + 1], numbers[k + 2]});
+  return all;
 }
 
-std::vector<double> Hdf5Reader::numbers(const char* dataset, std::uint64_t count,
-                                        std::size_t width) const {
-  return rows<std::vector<double>>(dataset, H5T_NATIVE_DOUBLE, count, width);
+std::vector<double> Hdf5Reader::numbers(const char* dataset, std::uint64_t count, std::size_t width,
+                                        std::uint64_t first) const {
+  return rows<std::vector<double>>(dataset, H5T_NATIVE_DOUBLE, count, width, first);
 }
 
 std::vector<std::int32_t> Hdf5Reader::indices(const char* dataset, std::uint64_t count,
-                                              std::size_t width) const {
-  return rows<std::vector<std::int32_t>>(dataset, H5T_NATIVE_INT32, count, width);
+                                              std::size_t width, std::uint64_t first) const {
+  return rows<std::vector<std::int32_t>>(dataset, H5T_NATIVE_INT32, count, width, first);
 }
 
 std::string Hdf5Reader::bytes(const char* dataset, std::uint64_t count) const {
-  return rows<std::string>(dataset, H5T_NATIVE_UINT8, count, 1);
+  return rows<std::string>(dataset, H5T_NATIVE_UINT8, count, 1, 0);
+}
+
+std::vector<Json> Hdf5Reader::json_lines(const char* dataset, std::uint64_t count) const {
+  std::vector<Json> lines;
+  std::istringstream in(bytes(dataset, count));
+  for (std::string line; std::getline(in, line);) {
+    if (!line.empty()) lines.push_back(parse_json(line));
+  }
+  return lines;
 }
 
 }  // namespace dyop_check

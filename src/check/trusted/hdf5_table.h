@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "check/trusted/json.h"
 #include "check/trusted/vec.h"
 
 /// Reading datasets of HDF5. TRUSTED.
@@ -24,24 +25,29 @@ class Hdf5Reader {
   std::int64_t integer_attribute(const char* name) const;
   std::uint64_t length(const char* dataset) const;
 
-  /// The first `count` rows of a column of a table.
-  std::vector<double> reals(const char* table, const char* column, std::uint64_t count) const;
-  std::vector<std::uint64_t> integers(const char* table, const char* column,
-                                      std::uint64_t count) const;
+  /// The first `count` rows of a column of a table, `width` numbers in each.
+  std::vector<double> reals(const char* table, const char* column, std::uint64_t count,
+                            std::size_t width = 1) const;
+  std::vector<std::uint64_t> integers(const char* table, const char* column, std::uint64_t count,
+                                      std::size_t width = 1) const;
   std::vector<Vec> vectors(const char* table, const char* column, std::uint64_t count) const;
 
-  /// The first `count` rows of a dataset of numbers, `width` of them in each.
-  std::vector<double> numbers(const char* dataset, std::uint64_t count,
-                              std::size_t width = 1) const;
-  std::vector<std::int32_t> indices(const char* dataset, std::uint64_t count,
-                                    std::size_t width) const;
+  /// `count` rows of a dataset of numbers from the row `first` on, `width` numbers in each.
+  std::vector<double> numbers(const char* dataset, std::uint64_t count, std::size_t width = 1,
+                              std::uint64_t first = 0) const;
+  std::vector<std::int32_t> indices(const char* dataset, std::uint64_t count, std::size_t width,
+                                    std::uint64_t first = 0) const;
   std::string bytes(const char* dataset, std::uint64_t count) const;
+  /// The same as JSON, one value a line.
+  std::vector<Json> json_lines(const char* dataset, std::uint64_t count) const;
 
  private:
   template <typename T>
-  std::vector<T> column(const char* table, const char* name, hid_t type, std::uint64_t count) const;
+  std::vector<T> column(const char* table, const char* name, hid_t type, std::uint64_t count,
+                        std::size_t width) const;
   template <typename Numbers>
-  Numbers rows(const char* dataset, hid_t type, std::uint64_t count, std::size_t width) const;
+  Numbers rows(const char* dataset, hid_t type, std::uint64_t count, std::size_t width,
+               std::uint64_t first) const;
 
   hid_t file_ = -1;
 };

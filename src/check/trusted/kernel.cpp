@@ -11,11 +11,7 @@ constexpr double kRounded = 1e-9;  // literal: more than the rounding of distanc
 
 // The largest d.x over a node.
 double support(const PosedNode& at, const Vec& d) {
-  const Node& node = *at.node;
-  const Vec in = transposed(at.X->R, d);
-  const double offset = dot(d, at.X->p);
-  if (node.is_leaf()) return offset + at.body->pieces[std::size_t(node.piece)].support(in);
-  return offset + dot(in, node.center) + dot(absolute(in), node.half);
+  return dot(d, at.X->p) + at.body->support(*at.node, transposed(at.X->R, d), at.part);
 }
 
 Passage part(const Passage& whole, double begin, double end) {
@@ -64,8 +60,8 @@ PairProver::Slack PairProver::slack(const Window& w, const Node& x, const Node& 
   const double h = w.length();
   const double sum =
       w.a.most.center + w.a.most.turn * x.reach + w.b.most.center + w.b.most.turn * y.reach;
-  const double first = gap({a_.body, &x, &w.a.first}, {b_.body, &y, &w.b.first}, d.n);
-  const double last = gap({a_.body, &x, &w.a.last}, {b_.body, &y, &w.b.last}, d.n);
+  const double first = gap(w.a.at_first(x), w.b.at_first(y), d.n);
+  const double last = gap(w.a.at_last(x), w.b.at_last(y), d.n);
   return {std::min(first, last) - target_ - noise_, h * h / 8 * sum};
 }
 
@@ -81,7 +77,7 @@ PairProver::Slack PairProver::turning_slack(const Window& w, const Node& x, cons
   const Node& f = is_in_a ? x : y;
   const Node& o = is_in_a ? y : x;
   // As seen from a body that turns, a half-space's points accelerate without bound.
-  if (O.body->half_space()) return {-kInfinity, 0};
+  if (O.body->half_space() || O.body->deforms() || F.body->deforms()) return {-kInfinity, 0};
   const double h = w.length();
   const double size = norm(o.half);
   const double second = O.most.center + O.most.turn * o.reach + F.most.center + F.most.turn * f.arm;
@@ -93,8 +89,8 @@ PairProver::Slack PairProver::turning_slack(const Window& w, const Node& x, cons
                      (second + 2 * F.most.speed * rate + F.most.turn * distance);
   const Vec n0 = F.first.R * direction.n;
   const Vec n1 = F.last.R * direction.n;
-  const double first = gap({a_.body, &x, &w.a.first}, {b_.body, &y, &w.b.first}, n0);
-  const double last = gap({a_.body, &x, &w.a.last}, {b_.body, &y, &w.b.last}, n1);
+  const double first = gap(w.a.at_first(x), w.b.at_first(y), n0);
+  const double last = gap(w.a.at_last(x), w.b.at_last(y), n1);
   // What the direction is longer than one, and the heights of F change, if R is no rotation.
   const double skewed = 8 * F.segment->skew * (target_ + distance + norm(f.half));
   return {std::min(first, last) - target_ - noise_ - skewed, h * h / 8 * sum};
@@ -124,9 +120,8 @@ bool PairProver::improve(const Window& w, const Node& x, const Node& y, const Ve
 }
 
 // Is the pair nearer than its target at a time? Then the distance of two of its points shows it.
-bool PairProver::refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y,
-                        const Vec& guess) {
-  const Nearest nearest = nearest_direction({a_.body, &x, &X}, {b_.body, &y, &Y}, guess);
+bool PairProver::refute(const PosedNode& x, const PosedNode& y, double t, const Vec& guess) {
+  const Nearest nearest = nearest_direction(x, y, guess);
   const bool they_meet = !(nearest.distance > 0);
   if (!they_meet && !(nearest.distance + noise_ < target_)) return false;
   refuted_at_ = t;
@@ -164,7 +159,9 @@ Answer PairProver::prove(const Window& w, NodePair pair, int halvings,
   Vec guess = pair.direction.n;
   if (pair.direction.frame == Frame::A) guess = X.R * guess;
   if (pair.direction.frame == Frame::B) guess = Y.R * guess;
-  const Nearest nearest = nearest_direction({a_.body, &x, &X}, {b_.body, &y, &Y}, guess);
+  const PosedNode x_then = w.a.at(x, X, middle);
+  const PosedNode y_then = w.b.at(y, Y, middle);
+  const Nearest nearest = nearest_direction(x_then, y_then, guess);
   if (nearest.distance > 0) {
     const Vec found = (1 / norm(nearest.direction)) * nearest.direction;
     if (improve(w, x, y, found, best, pair.direction) && best.ends > best.sag) return proven();
@@ -172,9 +169,9 @@ Answer PairProver::prove(const Window& w, NodePair pair, int halvings,
   // Only the motion in between is in the way: halve the time. Else open the larger node.
   const bool are_leaves = x.is_leaf() && y.is_leaf();
   if (!(best.ends > 0) && !are_leaves) return open(w, pair, halvings, front);
-  if (are_leaves &&
-      (refute(x, y, w.a.begin, w.a.first, w.b.first, guess) || refute(x, y, middle, X, Y, guess) ||
-       refute(x, y, w.a.end, w.a.last, w.b.last, guess))) {
+  if (are_leaves && (refute(w.a.at_first(x), w.b.at_first(y), w.a.begin, guess) ||
+                     refute(x_then, y_then, middle, guess) ||
+                     refute(w.a.at_last(x), w.b.at_last(y), w.a.end, guess))) {
     return Answer::Refuted;
   }
   const Answer answer = halve(w, middle, pair, halvings);

@@ -20,7 +20,18 @@
 /// The same holds if n is fixed in one of the bodies: then the heights of its own points above a
 /// point of it do not change, and what accelerates is the other body as seen from there. Bodies
 /// that roll, slide or rest on each other's faces need it.
+///
+/// The corners of a surface that deforms move on lines, at constant rates: they do not accelerate,
+/// and the first of these holds.
 namespace dyop_check {
+
+/// A node of a body at a pose, and of a surface that deforms at a part of its way.
+struct PosedNode {
+  const Body* body = nullptr;
+  const Node* node = nullptr;
+  const Pose* X = nullptr;
+  double part = 0;
+};
 
 /// A body over an interval in which it follows one segment.
 struct Passage {
@@ -32,16 +43,15 @@ struct Passage {
   Pose last;
   Bounds most;
   double noise = 0;  ///< of its poses
+
+  PosedNode at_first(const Node& node) const { return at(node, first, begin); }
+  PosedNode at_last(const Node& node) const { return at(node, last, end); }
+  PosedNode at(const Node& node, const Pose& X, double t) const {
+    return {body, &node, &X, segment->part(t)};
+  }
 };
 
 Passage passage(const Body& body, const Segment& segment, double begin, double end);
-
-/// A node of a body at a pose.
-struct PosedNode {
-  const Body* body = nullptr;
-  const Node* node = nullptr;
-  const Pose* X = nullptr;
-};
 
 /// The least height of b along n above the greatest of a.
 double gap(const PosedNode& a, const PosedNode& b, const Vec& n);
@@ -86,8 +96,7 @@ class PairProver {
   Slack turning_slack(const Window& w, const Node& x, const Node& y, const Direction& d) const;
   bool improve(const Window& w, const Node& x, const Node& y, const Vec& found, Slack& best,
                Direction& direction) const;
-  bool refute(const Node& x, const Node& y, double t, const Pose& X, const Pose& Y,
-              const Vec& guess);
+  bool refute(const PosedNode& x, const PosedNode& y, double t, const Vec& guess);
   Answer prove(const Window& w, NodePair pair, int halvings, std::vector<NodePair>* front);
   Answer halve(const Window& w, double middle, const NodePair& pair, int halvings);
   Answer open(const Window& w, const NodePair& pair, int halvings, std::vector<NodePair>* front);

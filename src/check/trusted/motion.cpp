@@ -8,7 +8,6 @@ constexpr double kUnit = 0x1p-53;
 // Roundings in a pose and in a posed point, each of at most kUnit of a coordinate: fewer than 60 in
 // a cubic, its rotation vector, Rodrigues' formula and two products; sin and cos err by at most 4.
 constexpr double kPoseRoundings = 256;
-constexpr double kPi = 3.141592653589793;
 
 // Bounds of a curve and its derivatives over |t - (t0 + x)| <= r.
 struct Sizes {

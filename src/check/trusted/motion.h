@@ -36,6 +36,9 @@ struct Segment {
   double rough_turn = 0;
   double skew = 0;  ///< by how much R^T R is not 1
   std::shared_ptr<const Segment> outer;
+  /// Of a surface that deforms: the part of its way at t0, and its rate.
+  double part_first = 0;
+  double part_rate = 0;
 
   bool is_known() const { return kind == Kind::Moving; }
   bool rests() const { return place.size() == 1 && turn.size() == 1 && !outer; }
@@ -44,6 +47,7 @@ struct Segment {
   /// Whether its curves hold over an interval: a hundredth more is covered by the rounding.
   bool holds(double from, double to) const;
   Pose pose(double t) const;
+  double part(double t) const { return part_first + (t - t0) * part_rate; }
 };
 
 /// How a body moves over an interval: a point at a distance r from M's origin (for a segment with a

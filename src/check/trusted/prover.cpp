@@ -6,9 +6,6 @@
 namespace dyop_check {
 namespace {
 
-constexpr std::size_t kMostFindings = 100;
-constexpr int kFreshStart = 16;  // proofs after which a pair starts again at the roots
-
 // A cut through the pairs of nodes of two trees, and for how many proofs it has served.
 struct Front {
   std::vector<NodePair> pairs{NodePair{}};

@@ -10,6 +10,9 @@
 /// Which pairs of bodies are proven over which intervals. TRUSTED.
 namespace dyop_check {
 
+inline constexpr std::size_t kMostFindings = 100;  ///< that are listed
+inline constexpr int kFreshStart = 16;  ///< proofs after which a pair starts again at the roots
+
 /// A pair, an interval and what was found in it.
 struct Finding {
   std::uint32_t a = 0;

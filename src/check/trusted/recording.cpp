@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/trusted/recording.h"
 
-#include <sstream>
-
 #include "check/trusted/segments.h"
 #include "check/trusted/shape_reader.h"
 
@@ -12,15 +10,6 @@ namespace {
 constexpr std::int64_t kVersion = 3;
 constexpr double kDefaultTarget = 1e-4;  // literal: of the smaller bounding radius of a pair
 constexpr std::size_t kMostBodies = 10'000'000;
-
-std::vector<Json> lines_of(const Hdf5Reader& file, const char* dataset, const char* count) {
-  std::vector<Json> lines;
-  std::istringstream in(file.bytes(dataset, count_of(file, count)));
-  for (std::string line; std::getline(in, line);) {
-    if (!line.empty()) lines.push_back(parse_json(line));
-  }
-  return lines;
-}
 
 // Null is none.
 std::optional<double> distance_at(const Json& json, const char* key) {
@@ -69,10 +58,10 @@ class Reader {
 
  private:
   void read_bodies() {
-    const ShapeReader shapes(lines_of(file_, "shapes", "shape_bytes"),
+    const ShapeReader shapes(file_.json_lines("shapes", count_of(file_, "shape_bytes")),
                              file_.numbers("vertices", count_of(file_, "vertex_count"), 3),
                              file_.indices("triangles", count_of(file_, "triangle_count"), 3));
-    for (const Json& line : lines_of(file_, "bodies", "body_bytes")) {
+    for (const Json& line : file_.json_lines("bodies", count_of(file_, "body_bytes"))) {
       const std::size_t slot = index_of(line.at("slot"), kMostBodies);
       const bool is_new = line.at("is_new").to_boolean();
       auto& in_slot = recording_.in_slot[slot];
@@ -214,7 +203,7 @@ class Reader {
   }
 
   void read_rules(const Json& header) {
-    for (const Json& line : lines_of(file_, "rules", "rule_bytes")) {
+    for (const Json& line : file_.json_lines("rules", count_of(file_, "rule_bytes"))) {
       recording_.rules.push_back(rules_from(line));
       const std::size_t count = recording_.rules.size();
       if (count > 1 && recording_.rules[count - 1].from < recording_.rules[count - 2].from)

@@ -34,19 +34,22 @@ Segment moving(const Mat& R, double t0) {
   return g;
 }
 
-Segment rest(const Pose& X) {
+}  // namespace
+
+Segment at_rest(const Pose& X) {
   Segment g = moving(X.R, 0);
   g.place = {X.p};
   return g;
 }
 
-// The point that is at p moves by v, the body turns about it by w, both in the world.
 Segment twist(const Mat& R, const Vec& p, const Vec& v, const Vec& w, double t0) {
   Segment g = moving(R, t0);
   g.place = {p, v};
   g.turn = {Vec{}, transposed(R, w)};
   return g;
 }
+
+namespace {
 
 // The cubic through two values with two rates, h apart.
 Curve hermite(double h, const Vec& x0, const Vec& v0, const Vec& x1, const Vec& v1) {
@@ -109,7 +112,7 @@ class Prescribed {
     if (kind == "sequence") return sequence(motion, depth);
     if (kind == "sampled") return sampled(motion);
     if (kind == "composed") return composed(motion, depth);
-    if (kind == "rest") return {rest(pose_at(motion, "X_WB"))};
+    if (kind == "rest") return {at_rest(pose_at(motion, "X_WB"))};
     if (kind == "screw") return {screw(motion)};
     if (kind == "constant_twist") {
       const Pose X = pose_at(motion, "X_WB0");
@@ -242,6 +245,11 @@ Mat matrix_of(const std::vector<double>& x, std::size_t at) {
   return R;
 }
 
+Pose pose_of(const Json& json) {
+  const std::vector<double> x = json.to_numbers(12);
+  return {matrix_of(x), vector_of(x, 9)};
+}
+
 std::vector<Segment> prescribed(const Json& motion, double begin, const Vec& center_of_mass) {
   std::vector<Segment> parts = Prescribed::from(Prescribed(center_of_mass).read(motion), begin);
   for (Segment& g : parts) g.lever = norm(g.p_cm - center_of_mass);
@@ -254,7 +262,7 @@ std::vector<Segment> SegmentReader::read(std::uint64_t kind, std::uint64_t first
   Segment g;
   if (kind == 1) {
     const std::vector<double> x = take(first, 12);
-    g = rest({matrix_of(x), vector_of(x, 9)});
+    g = at_rest({matrix_of(x), vector_of(x, 9)});
   } else if (kind == 2) {
     const std::vector<double> x = take(first, 19);
     g = twist(matrix_of(x), vector_of(x, 9), vector_of(x, 12), vector_of(x, 15), x[18]);

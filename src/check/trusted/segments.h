@@ -16,6 +16,15 @@ Vec vector_of(const std::vector<double>& x, std::size_t at = 0);
 /// Nine of the numbers.
 /// @throws BadFile unless they are a rotation.
 Mat matrix_of(const std::vector<double>& x, std::size_t at = 0);
+/// Twelve numbers: a rotation, row by row, and a position.
+/// @throws BadFile
+Pose pose_of(const Json& json);
+
+/// At all times.
+Segment at_rest(const Pose& X);
+/// The point of the body that is at p at t0 moves by v, and the body turns about it by w, both in the
+/// world.
+Segment twist(const Mat& R, const Vec& p, const Vec& v, const Vec& w, double t0);
 
 /// A prescribed motion (docs/formats.md, "Query records") from a time on. Rotations between two
 /// samples by nearly half a turn are unsupported, as their axis is uncertain.

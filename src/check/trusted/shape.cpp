@@ -34,6 +34,14 @@ struct Box {
   Vec low{kInfinity, kInfinity, kInfinity};
   Vec high{-kInfinity, -kInfinity, -kInfinity};
 
+  Vec center() const { return 0.5 * (low + high); }
+  // Of the box about center().
+  Vec half() const {
+    const Vec a = high - center();
+    const Vec b = center() - low;
+    return kUp * Vec{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+  }
+  void add(const Vec& p) { add(Box{p, p}); }
   void add(const Box& other) {
     low = {std::min(low.x, other.low.x), std::min(low.y, other.low.y),
            std::min(low.z, other.low.z)};
@@ -87,10 +95,8 @@ class TreeBuilder {
   }
 
   void set_box(Node& node, const Box& box) const {
-    node.center = 0.5 * (box.low + box.high);
-    const Vec a = box.high - node.center;
-    const Vec b = node.center - box.low;
-    node.half = kUp * Vec{std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+    node.center = box.center();
+    node.half = box.half();
     const Vec off = node.center - com_;
     node.arm = kUp * norm(off);
     node.reach = kUp * norm(absolute(off) + node.half);
@@ -108,6 +114,30 @@ class TreeBuilder {
   std::vector<Box> boxes_;
   std::vector<std::size_t> order_;
 };
+
+// Boxes at the start and at the end of all that is below a node. A point that is in one box at first
+// and in another one at last is at any part of its way in the box whose centre and size are at that
+// part of theirs.
+std::pair<Box, Box> fit_boxes(Body& body, const std::vector<Vec>& to, std::size_t number) {
+  Node& node = body.nodes[number];
+  Box first;
+  Box last;
+  for (std::size_t k = 0; k < 3 && node.is_leaf(); ++k) {
+    const auto corner = std::size_t(body.corners[3 * std::size_t(node.piece) + k]);
+    first.add(body.from[corner]);
+    last.add(to[corner]);
+  }
+  for (std::size_t k = 0; k < 2 && !node.is_leaf(); ++k) {
+    const auto [child_first, child_last] = fit_boxes(body, to, std::size_t(node.left) + k);
+    first.add(child_first);
+    last.add(child_last);
+  }
+  node.center = first.center();
+  node.half = first.half();
+  node.center_move = last.center() - node.center;
+  node.half_move = last.half() - node.half;
+  return {first, last};
+}
 
 }  // namespace
 
@@ -130,6 +160,29 @@ double Piece::support(const Vec& d) const {
   return dot(core_support(d), d) + radius * norm(d);
 }
 
+Vec Body::core_support(const Node& leaf, const Vec& d, double part) const {
+  const auto number = std::size_t(leaf.piece);
+  if (!deforms()) return pieces[number].core_support(d);
+  const auto place = [&](std::size_t k) {
+    const auto corner = std::size_t(corners[3 * number + k]);
+    return from[corner] + part * moves[corner];
+  };
+  const Vec a = place(0);
+  const Vec b = place(1);
+  const Vec c = place(2);
+  const Vec& ab = dot(b, d) > dot(a, d) ? b : a;
+  return dot(c, d) > dot(ab, d) ? c : ab;
+}
+
+double Body::support(const Node& node, const Vec& d, double part) const {
+  if (!node.is_leaf()) {
+    return dot(d, node.center + part * node.center_move) +
+           dot(absolute(d), node.half + part * node.half_move);
+  }
+  if (deforms()) return dot(core_support(node, d, part), d);
+  return pieces[std::size_t(node.piece)].support(d);
+}
+
 void Body::build(const Vec& center_of_mass) {
   if (half_space()) {
     // No turn is small beside its reach, and no other body is out of it.
@@ -146,6 +199,16 @@ void Body::build(const Vec& center_of_mass) {
   TreeBuilder(*this, center_of_mass);
   const Node& top = nodes.front();
   size = kUp * norm(absolute(top.center) + top.half);
+}
+
+void Body::deform(std::vector<Vec> places, const std::vector<Vec>& to) {
+  from = std::move(places);
+  moves.clear();
+  for (std::size_t k = 0; k < from.size(); ++k) moves.push_back(to[k] - from[k]);
+  const auto [first, last] = fit_boxes(*this, to, 0);
+  size = 0;
+  for (const Box& top : {first, last})
+    size = std::max(size, kUp * norm(absolute(top.center()) + top.half()));
 }
 
 }  // namespace dyop_check

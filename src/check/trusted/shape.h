@@ -36,7 +36,9 @@ struct Piece {
 
 struct Node {
   Vec center;
-  Vec half;  ///< of the box that holds all pieces below
+  Vec half;         ///< of the box that holds all pieces below
+  Vec center_move;  ///< of a surface that deforms: how the box changes with the part of the way
+  Vec half_move;
   /// Largest distance from the body's centre of mass of a point below whose height counts: of a
   /// leaf the points of its core, as a radius adds the same height at all times; else of its box.
   double reach = 0;
@@ -47,12 +49,20 @@ struct Node {
   bool is_leaf() const { return left < 0; }
 };
 
-/// A body's shape: convex pieces below a binary tree of boxes, node 0 at the top.
+/// A body's shape: convex pieces below a binary tree of boxes, node 0 at the top. It may be a surface
+/// that deforms: then each corner of its triangles moves on a line, at a constant rate.
 struct Body {
   std::vector<Piece> pieces;
   std::vector<Node> nodes;
   double size = 0;   ///< largest distance of a point from the frame's origin
   double reach = 0;  ///< the same from the centre of mass
+
+  /// Of a surface that deforms: three vertices of each piece, where they set out, and how far they go.
+  std::vector<std::int32_t> corners;
+  std::vector<Vec> from;
+  std::vector<Vec> moves;
+
+  bool deforms() const { return !corners.empty(); }
 
   /// The half-space that the body is, or null.
   const Piece* half_space() const {
@@ -61,6 +71,14 @@ struct Body {
 
   /// Makes the tree. @param center_of_mass Of which the reaches are taken.
   void build(const Vec& center_of_mass);
+  /// Its vertices go from one place to another. Keeps the tree.
+  void deform(std::vector<Vec> places, const std::vector<Vec>& to);
+
+  /// The point of a leaf's core that is farthest along d.
+  /// @param part Of the way, if it deforms; from 0 to 1.
+  Vec core_support(const Node& leaf, const Vec& d, double part) const;
+  /// The largest d.x over a node.
+  double support(const Node& node, const Vec& d, double part) const;
 };
 
 }  // namespace dyop_check

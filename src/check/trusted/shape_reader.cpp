@@ -69,6 +69,13 @@ Piece simple(const std::string& kind, const Json& line) {
 
 }  // namespace
 
+Piece placed(const Pose& X, Piece piece) {
+  if (piece.kind == Piece::Kind::HalfSpace) throw BadFile("a compound holds a half-space");
+  for (Vec& point : piece.points) point = X * point;
+  piece.X = X * piece.X;
+  return piece;
+}
+
 std::vector<Piece> ShapeReader::pieces(std::size_t shape, int depth) const {
   const Json& line = lines_.at(shape);
   const std::string& kind = line.at("kind").text;
@@ -86,6 +93,23 @@ Vec ShapeReader::vertex(std::size_t number) const {
   const Vec v = vector_of(vertices_, 3 * number);
   if (!std::isfinite(v.x + v.y + v.z)) throw BadFile("a vertex is not finite");
   return v;
+}
+
+const Json& ShapeReader::mesh_line(std::size_t mesh) const {
+  const Json& line = lines_.at(mesh);
+  if (line.at("kind").text != "mesh") throw BadFile("a surface that deforms is no mesh");
+  return line;
+}
+
+std::vector<Vec> ShapeReader::vertices(std::size_t mesh) const {
+  return points_of(mesh_line(mesh));
+}
+
+std::vector<std::int32_t> ShapeReader::corners(std::size_t mesh) const {
+  triangles_of(mesh_line(mesh));  // throws where one is out of range
+  const Json& line = mesh_line(mesh);
+  const auto first = triangles_.begin() + std::ptrdiff_t(3 * line.at("first_triangle").to_number());
+  return {first, first + std::ptrdiff_t(3 * line.at("triangle_count").to_number())};
 }
 
 std::vector<Vec> ShapeReader::points_of(const Json& line) const {
@@ -132,16 +156,12 @@ std::vector<Piece> ShapeReader::children_of(std::size_t shape, int depth) const 
   for (const Json& child : lines_[shape].at("children").list) {
     const std::size_t number = index_of(child.at("shape"), lines_.size());
     if (number >= shape) throw BadFile("a compound contains what comes after it");
-    const std::vector<double> X = child.at("X_CS").to_numbers(12);
-    const Pose pose{matrix_of(X), vector_of(X, 9)};
+    const Pose pose = pose_of(child.at("X_CS"));
     const std::int64_t offset = next_surface;
     for (Piece& piece : pieces(number, depth + 1)) {
       if (piece.surface >= 0) piece.surface += offset;
       next_surface = std::max(next_surface, piece.surface + 1);
-      if (piece.kind == Piece::Kind::HalfSpace) throw BadFile("a compound holds a half-space");
-      for (Vec& point : piece.points) point = pose * point;
-      piece.X = pose * piece.X;
-      all.push_back(std::move(piece));
+      all.push_back(placed(pose, std::move(piece)));
     }
     if (all.size() > kMostPieces) throw BadFile("a compound has too many pieces");
   }

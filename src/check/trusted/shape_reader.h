@@ -10,6 +10,9 @@
 /// The shapes of a file. TRUSTED.
 namespace dyop_check {
 
+/// A place in the frame of a shape's owner: the piece there.
+Piece placed(const Pose& X, Piece piece);
+
 class ShapeReader {
  public:
   ShapeReader(std::vector<Json> lines, std::vector<double> vertices,
@@ -22,9 +25,14 @@ class ShapeReader {
   /// The pieces of a line of /shapes, in its own frame.
   /// @throws BadFile
   std::vector<Piece> pieces(std::size_t shape, int depth = 0) const;
+  /// The vertices of a mesh, and three numbers of them for each triangle.
+  /// @throws BadFile if it is none, or one is out of range.
+  std::vector<Vec> vertices(std::size_t mesh) const;
+  std::vector<std::int32_t> corners(std::size_t mesh) const;
 
  private:
   Vec vertex(std::size_t number) const;
+  const Json& mesh_line(std::size_t mesh) const;
   std::vector<Vec> points_of(const Json& line) const;
   std::vector<Piece> triangles_of(const Json& line) const;
   std::vector<Piece> children_of(std::size_t shape, int depth) const;

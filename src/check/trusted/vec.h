@@ -12,6 +12,7 @@ namespace dyop_check {
 /// More than the rounding of the few operations that make a bound.
 inline constexpr double kUp = 1 + 1e-12;  // literal: unitless
 
+inline constexpr double kPi = 3.141592653589793;
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Vec {

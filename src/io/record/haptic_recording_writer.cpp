@@ -7,6 +7,7 @@
 #include "dyop/io/haptic_recording.h"
 #include "io/record/recording_rows.h"
 #include "io/record/tick_row.h"
+#include "io/record/waypoint_row.h"
 
 namespace dyop {
 namespace io_internal {
@@ -60,7 +61,8 @@ struct HapticRecordingWriter::Impl {
       : file(io_internal::Hdf5File::create(path)),
         queues(queues_of(scene, tissue)),
         seen(scene.obstacles.size()),
-        row({scene, io_internal::version_of(scene)}),
+        row({scene, io_internal::kToolRecordingVersion}),
+        waypoint_rows(scene),
         flush_ticks(period > 0 ? std::int64_t(std::max(1.0, std::round(kFlushPeriod / period)))
                                : kUsualFlush) {}
 
@@ -78,10 +80,14 @@ struct HapticRecordingWriter::Impl {
   std::vector<SnapshotQueue> queues;  // per obstacle
   std::vector<std::int64_t> seen;     // per obstacle, by the last tick
   TickRow row;
+  io_internal::WaypointRows waypoint_rows;
   std::int64_t flush_ticks;
   std::vector<char> waiting;  // bytes of ticks
   std::int64_t waiting_ticks = 0;
+  std::vector<char> waiting_waypoints;  // bytes of their waypoints
+  std::int64_t waypoint_count = 0;
   io_internal::Hdf5Dataset ticks{file, "ticks", row.type().get(), 1, 256};
+  io_internal::Hdf5Dataset waypoints{file, "waypoints", waypoint_rows.row().type().get(), 1, 256};
   OutputRows<io_internal::SnapshotRow> snapshots{
       file, "snapshots", io_internal::row_type<io_internal::SnapshotRow>().get(), 1, 512};
   OutputRows<std::array<double, 3>> snapshot_vertices{file, "snapshot_vertices", H5T_NATIVE_DOUBLE,
@@ -153,6 +159,10 @@ void HapticRecordingWriter::Impl::flush() {
   snapshot_triangles.flush();
   meshes.flush();
   snapshots.flush();
+  waypoints.append(waiting_waypoints.data(), std::size_t(waypoint_count));
+  waypoints.flush();
+  waiting_waypoints.clear();
+  waypoint_count = 0;
   ticks.append(waiting.data(), std::size_t(waiting_ticks));
   ticks.flush();
   waiting.clear();
@@ -201,6 +211,7 @@ void HapticRecordingWriter::add_mesh(std::size_t obstacle, std::span<const Vecto
 
 void HapticRecordingWriter::add(const TickRecord& record) {
   impl_->write_seen_snapshots(record.tick);
+  impl_->waypoint_count += impl_->waypoint_rows.append(record, impl_->waiting_waypoints);
   io_internal::put_tick(record, impl_->seen, impl_->row);
   impl_->row.append_to(impl_->waiting);
   if (++impl_->waiting_ticks >= impl_->flush_ticks) impl_->flush();

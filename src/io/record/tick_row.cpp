@@ -16,26 +16,6 @@
 namespace dyop::io_internal {
 namespace {
 
-template <typename Number>
-hid_t tick_number_type() {
-  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
-  if constexpr (std::is_same_v<Number, float>) return H5T_NATIVE_FLOAT;
-  if constexpr (std::is_same_v<Number, std::uint8_t>) return H5T_NATIVE_UINT8;
-  if constexpr (std::is_same_v<Number, std::uint16_t>) return H5T_NATIVE_UINT16;
-  if constexpr (std::is_same_v<Number, std::uint32_t>) return H5T_NATIVE_UINT32;
-  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
-}
-
-// The numbers of a member, whether it is one or many.
-template <typename Member>
-auto numbers_of(Member& member) {
-  if constexpr (std::is_arithmetic_v<std::remove_const_t<Member>>) {
-    return std::span(&member, 1);
-  } else {
-    return std::span(member);
-  }
-}
-
 template <typename To, typename From>
 void copy_numbers(const From& from, To& to) {
   for (std::size_t k = 0; k < to.size(); ++k) {
@@ -112,96 +92,6 @@ TickRow::TickRow(TickShape shape)
   tools_upper.resize(tools_lower.size());
   tools_p_second.resize(3 * tools_lower.size());
   tools_p_first.resize(3 * tools_lower.size());
-}
-
-// The name in the file is the name of the member.
-template <typename Row, typename Visit>
-void TickRow::for_each(Row& row, Visit visit) {
-  visit("number", numbers_of(row.number));
-  visit("status", numbers_of(row.status));
-  visit("contacts", numbers_of(row.contacts));
-  visit("nearest", numbers_of(row.nearest));
-  visit("dt", numbers_of(row.dt));
-  visit("device_p", numbers_of(row.device_p));
-  visit("device_q", numbers_of(row.device_q));
-  visit("device_angles", numbers_of(row.device_angles));
-  visit("cutoff_checkpoint", numbers_of(row.cutoff_checkpoint));
-  visit("cutoff_node_pairs", numbers_of(row.cutoff_node_pairs));
-  visit("new_snapshots", numbers_of(row.new_snapshots));
-  visit("tool_p", numbers_of(row.tool_p));
-  visit("tool_q", numbers_of(row.tool_q));
-  visit("tool_angles", numbers_of(row.tool_angles));
-  visit("force", numbers_of(row.force));
-  visit("torque", numbers_of(row.torque));
-  visit("energy_returned", numbers_of(row.energy_returned));
-  visit("tissue_lag", numbers_of(row.tissue_lag));
-  visit("tissue_stopped", numbers_of(row.tissue_stopped));
-  visit("lower", numbers_of(row.lower));
-  visit("upper", numbers_of(row.upper));
-  visit("time_to_breach", numbers_of(row.time_to_breach));
-  visit("p_tool", numbers_of(row.p_tool));
-  visit("p_obstacle", numbers_of(row.p_obstacle));
-  visit("latency_ns", numbers_of(row.latency_ns));
-  visit("checkpoints", numbers_of(row.checkpoints));
-  visit("node_pairs", numbers_of(row.node_pairs));
-  visit("impact_queries", numbers_of(row.impact_queries));
-  visit("distance_queries", numbers_of(row.distance_queries));
-  visit("solves", numbers_of(row.solves));
-  visit("pieces", numbers_of(row.pieces));
-  visit("other_status", numbers_of(row.other_status));
-  visit("other_device_p", numbers_of(row.other_device_p));
-  visit("other_device_q", numbers_of(row.other_device_q));
-  visit("other_device_angles", numbers_of(row.other_device_angles));
-  visit("other_tool_p", numbers_of(row.other_tool_p));
-  visit("other_tool_q", numbers_of(row.other_tool_q));
-  visit("other_tool_angles", numbers_of(row.other_tool_angles));
-  visit("other_force", numbers_of(row.other_force));
-  visit("other_torque", numbers_of(row.other_torque));
-  visit("other_energy_returned", numbers_of(row.other_energy_returned));
-  visit("other_lower", numbers_of(row.other_lower));
-  visit("other_upper", numbers_of(row.other_upper));
-  visit("tools_lower", numbers_of(row.tools_lower));
-  visit("tools_upper", numbers_of(row.tools_upper));
-  visit("tools_p_second", numbers_of(row.tools_p_second));
-  visit("tools_p_first", numbers_of(row.tools_p_first));
-  visit("digest", numbers_of(row.digest));
-}
-
-std::size_t TickRow::bytes() const {
-  std::size_t sum = 0;
-  for_each(*this, [&](const char*, auto numbers) { sum += numbers.size_bytes(); });
-  return sum;
-}
-
-Hdf5RowType TickRow::type() const {
-  const QuietHdf5 quiet;
-  Hdf5RowType type(bytes());
-  std::size_t offset = 0;
-  for_each(*this, [&](const char* name, auto numbers) {
-    using Number = typename decltype(numbers)::value_type;
-    if (numbers.size() == 1) {
-      type.add(name, offset, tick_number_type<Number>());
-    } else if (numbers.size() > 1) {
-      type.add_array(name, offset, tick_number_type<Number>(), numbers.size());
-    }
-    offset += numbers.size_bytes();
-  });
-  return type;
-}
-
-void TickRow::append_to(std::vector<char>& out) const {
-  for_each(*this, [&](const char*, auto numbers) {
-    const auto* bytes = reinterpret_cast<const char*>(numbers.data());
-    out.insert(out.end(), bytes, bytes + numbers.size_bytes());
-  });
-}
-
-void TickRow::read_from(const char* bytes) {
-  for_each(*this, [&](const char*, auto numbers) {
-    if (numbers.empty()) return;
-    std::memcpy(numbers.data(), bytes, numbers.size_bytes());
-    bytes += numbers.size_bytes();
-  });
 }
 
 namespace {

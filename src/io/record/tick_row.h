@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <span>
 #include <string>
@@ -12,16 +11,15 @@
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
 #include "dyop/io/haptic_recording.h"
-#include "io/record/hdf5_file.h"
+#include "io/record/number_row.h"
 #include "io/record/recording_rows.h"
 
 namespace dyop::io_internal {
 
 /// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was
-/// stopped in a tick: before, `tissue_lag` was its sum; version 4 further tools, and is written
-/// only where there are any. Readers of it read 1 to 3.
-constexpr std::int64_t kToolRecordingVersion = 4;
-constexpr std::int64_t kOneToolVersion = 3;
+/// stopped in a tick: before, `tissue_lag` was its sum; version 4 further tools; version 5 the
+/// motions within a tick, so that dyop-check can prove them. Readers of it read 1 to 4.
+constexpr std::int64_t kToolRecordingVersion = 5;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.
@@ -37,13 +35,8 @@ struct TickShape {
   std::vector<std::size_t> other_hinges;  ///< of each further tool
 };
 
-/// The version that a scene is written in.
-inline std::int64_t version_of(const HapticScene& scene) {
-  return scene.more_tools.empty() ? kOneToolVersion : kToolRecordingVersion;
-}
-
-/// A row of /ticks. In the file without gaps between the members, and without the empty ones.
-struct TickRow {
+/// A row of /ticks.
+struct TickRow : NumberRow<TickRow> {
   explicit TickRow(TickShape shape);
 
   std::uint32_t number = 0;
@@ -97,17 +90,66 @@ struct TickRow {
   std::uint64_t digest = 0;
 
   const TickShape& shape() const { return shape_; }
-  std::size_t bytes() const;
-  Hdf5RowType type() const;
-  void append_to(std::vector<char>& out) const;
-  void read_from(const char* bytes);
 
- private:
+  /// The name in the file is the name of the member.
   template <typename Row, typename Visit>
   static void for_each(Row& row, Visit visit);
 
+ private:
   TickShape shape_;
 };
+
+template <typename Row, typename Visit>
+void TickRow::for_each(Row& row, Visit visit) {
+  visit("number", numbers_of(row.number));
+  visit("status", numbers_of(row.status));
+  visit("contacts", numbers_of(row.contacts));
+  visit("nearest", numbers_of(row.nearest));
+  visit("dt", numbers_of(row.dt));
+  visit("device_p", numbers_of(row.device_p));
+  visit("device_q", numbers_of(row.device_q));
+  visit("device_angles", numbers_of(row.device_angles));
+  visit("cutoff_checkpoint", numbers_of(row.cutoff_checkpoint));
+  visit("cutoff_node_pairs", numbers_of(row.cutoff_node_pairs));
+  visit("new_snapshots", numbers_of(row.new_snapshots));
+  visit("tool_p", numbers_of(row.tool_p));
+  visit("tool_q", numbers_of(row.tool_q));
+  visit("tool_angles", numbers_of(row.tool_angles));
+  visit("force", numbers_of(row.force));
+  visit("torque", numbers_of(row.torque));
+  visit("energy_returned", numbers_of(row.energy_returned));
+  visit("tissue_lag", numbers_of(row.tissue_lag));
+  visit("tissue_stopped", numbers_of(row.tissue_stopped));
+  visit("lower", numbers_of(row.lower));
+  visit("upper", numbers_of(row.upper));
+  visit("time_to_breach", numbers_of(row.time_to_breach));
+  visit("p_tool", numbers_of(row.p_tool));
+  visit("p_obstacle", numbers_of(row.p_obstacle));
+  visit("latency_ns", numbers_of(row.latency_ns));
+  visit("checkpoints", numbers_of(row.checkpoints));
+  visit("node_pairs", numbers_of(row.node_pairs));
+  visit("impact_queries", numbers_of(row.impact_queries));
+  visit("distance_queries", numbers_of(row.distance_queries));
+  visit("solves", numbers_of(row.solves));
+  visit("pieces", numbers_of(row.pieces));
+  visit("other_status", numbers_of(row.other_status));
+  visit("other_device_p", numbers_of(row.other_device_p));
+  visit("other_device_q", numbers_of(row.other_device_q));
+  visit("other_device_angles", numbers_of(row.other_device_angles));
+  visit("other_tool_p", numbers_of(row.other_tool_p));
+  visit("other_tool_q", numbers_of(row.other_tool_q));
+  visit("other_tool_angles", numbers_of(row.other_tool_angles));
+  visit("other_force", numbers_of(row.other_force));
+  visit("other_torque", numbers_of(row.other_torque));
+  visit("other_energy_returned", numbers_of(row.other_energy_returned));
+  visit("other_lower", numbers_of(row.other_lower));
+  visit("other_upper", numbers_of(row.other_upper));
+  visit("tools_lower", numbers_of(row.tools_lower));
+  visit("tools_upper", numbers_of(row.tools_upper));
+  visit("tools_p_second", numbers_of(row.tools_p_second));
+  visit("tools_p_first", numbers_of(row.tools_p_first));
+  visit("digest", numbers_of(row.digest));
+}
 
 /// @param seen Per obstacle: snapshots seen by the tick before; updated.
 /// @throws InvalidArgument if a number does not fit.

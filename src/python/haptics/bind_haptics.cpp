@@ -446,6 +446,8 @@ void bind_tick(py::module_& m) {
       .field<&T::status>("status", "HapticStatus: how it ended")
       .field<&T::tool>("tool", "ToolPose: where the tool is")
       .field<&T::path>("path", "list[ToolWaypoint]: the start, then the end of each motion")
+      .field<&T::path_progress>("path_progress",
+                                "list[ObstacleProgress]: at each waypoint, one for each obstacle")
       .field<&T::wrench>("wrench", "ToolWrench: on the hand")
       .field<&T::contacts>("contacts", "list[ToolContactPoint]: that held the tool")
       .field<&T::candidates>("candidates", "list[ToolContactPoint]: near, without force")

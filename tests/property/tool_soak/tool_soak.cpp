@@ -9,7 +9,8 @@
 // the tissue's motion, more densely the nearer they are, until it is proven that the margin was
 // kept between the samples too; the positions of the tissue, the clearances, the times to a breach
 // and the status that the session reports are compared as well; so are the distances between tools,
-// where the scene has several. The exit code is 1 if any promise was broken.
+// where the scene has several. The run is recorded, and dyop-check must prove it. The exit code is 1
+// if any promise was broken.
 
 #include <algorithm>
 #include <array>
@@ -18,10 +19,14 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <iostream>
 #include <limits>
 #include <random>
 
+#include "check/check.h"
+#include "dyop/io/haptic_recording.h"
 #include "dyop/io/haptic_scene_file.h"
+#include "support/temporary_directory.h"
 #include "tick_check.h"
 #include "tissue_cuts.h"
 #include "tools_check.h"
@@ -75,6 +80,7 @@ class Soak {
   Soak(const char* file, std::uint64_t seed, std::int64_t deadline_us, std::int64_t first)
       : run_(load_haptic_run(file)),
         session_(run_.scene, run_.options),
+        writer_(recording(), {}, run_.scene, run_.options),
         between_(run_.scene, run_.options),
         jumps_(session_.tool_count()),
         random_(seed),
@@ -89,6 +95,9 @@ class Soak {
   }
 
   void step();
+  /// Ends the recording.
+  /// @return Whether it is proven.
+  bool is_proven();
   TickFindings findings() const {
     TickFindings sum = between_.findings;
     for (const TickCheck& check : checks_) sum += check.findings;
@@ -117,8 +126,13 @@ class Soak {
     Vector3 by = Vector3::Zero();
   };
 
+  std::filesystem::path recording() const { return directory_.path() / "run.h5"; }
+  void record(const std::vector<DevicePose>& poses, Scalar dt);
+
+  TemporaryDirectory directory_;
   HapticRun run_;
   HapticSession session_;
+  HapticRecordingWriter writer_;
   std::vector<TickCheck> checks_;  // by tool
   ToolsCheck between_;
   std::vector<Jump> jumps_;  // by tool
@@ -139,6 +153,7 @@ void Soak::give_snapshot(Feed& feed) {
     feed.tissue.shape(feed.number + 1, feed.whole);
     std::vector<Vector3> next = feed.cuts.gather(feed.whole);
     if (!session_.give_snapshot(obstacle, next, feed.tissue.period)) return;
+    writer_.add_snapshot(obstacle, next, feed.tissue.period);
     for (TickCheck& check : checks_) check.tissue(obstacle).give(next, feed.tissue.period);
   }
   ++feed.number;
@@ -164,6 +179,7 @@ bool Soak::give_mesh(Feed& feed) {
   }
   const std::size_t obstacle = feed.tissue.obstacle;
   if (!session_.give_mesh(obstacle, next, feed.cuts.triangles())) return false;
+  writer_.add_mesh(obstacle, next, feed.cuts.triangles());
   for (TickCheck& check : checks_) {
     check.tissue(obstacle).give_mesh(next, feed.cuts.triangles());
   }
@@ -260,6 +276,7 @@ void Soak::step() {
     session_.update(poses, dt);
   }
   totals.latency.push_back(processor_us() - before);
+  record(poses, dt);
   ++tick_;
   ++totals.ticks;
   totals.cut_off += session_.last().cutoff.has_value();
@@ -272,6 +289,19 @@ void Soak::step() {
   for (std::size_t k = 0; k < checks_.size(); ++k) {
     checks_[k].check(session_, poses[k], dt, between_.start(k));
   }
+}
+
+void Soak::record(const std::vector<DevicePose>& poses, Scalar dt) {
+  TickRecord record{totals.ticks, poses[0], dt, session_.last()};
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    record.others.push_back({poses[k], session_.last(k)});
+  }
+  writer_.add(record);
+}
+
+bool Soak::is_proven() {
+  writer_.finish({});
+  return dyop_check::check_file(recording().string(), 1, std::cout, std::cerr) == 0;
 }
 
 void print_totals(Totals& totals, const TickFindings& findings) {
@@ -324,7 +354,7 @@ int run(const char* file, std::int64_t ticks, std::uint64_t seed, std::int64_t d
     }
   }
   print_totals(soak.totals, soak.findings());
-  return soak.findings().broken() > 0 ? 1 : 0;
+  return soak.findings().broken() > 0 || !soak.is_proven() ? 1 : 0;
 }
 
 }  // namespace
