@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Runs every scene of examples/scenes, some that `dyop scene` makes and the plan of examples/planning,
-# and lets dyop-check prove each recording. Prints a table with the processor time of both; the exit
+# Runs every scene of examples/scenes, some that `dyop scene` makes, the plan of examples/planning and
+# the tools of examples/surgery, and lets dyop-check prove each recording. Prints a table with the processor time of both; the exit
 # code is 1 if anything is not proven. Usage: bash tests/check_scenes.sh [NAME...]; recordings stay in
 # build/checked. Needs build/release; for the bunny Debian's glmark2-data.
 set -euo pipefail
@@ -54,4 +54,10 @@ if [ -x "$planner" ] && { [ $# -eq 0 ] || [[ " $* " == *" planning "* ]]; }; the
   timed "$out/planning.txt" "$planner" "$out/planning.h5"
   check_one planning "$seconds"
 fi
+for scene in examples/surgery/*.json; do
+  name=$(basename "$scene" .json)
+  if [ $# -gt 0 ] && [[ " $* " != *" $name "* ]]; then continue; fi
+  timed "$out/$name.result.txt" "$dyop" tool "$scene" -o "$out/$name.h5"
+  check_one "$name" "$seconds"
+done
 exit "$code"

@@ -15,7 +15,8 @@ seconds=$1
 shift
 build=build/fuzz
 if [ $# -eq 0 ]; then
-  set -- triangle_kernel motion_bounds mesh_query mesh_reader scene_reader record_reader robot_reader
+  set -- triangle_kernel motion_bounds mesh_query mesh_reader scene_reader record_reader robot_reader \
+    check_kernel
 fi
 
 cmake --preset fuzz >/dev/null

@@ -10,8 +10,8 @@ namespace {
 constexpr const char* kUsage = R"(Usage: dyop-check [--touching] RECORDING
 
 Proves, from the file alone and without a line of dyop, that every pair of bodies of a run kept its
-target distance at all times; docs/check.md says what is trusted. --touching asks only that nothing
-touched.
+target distance at all times, or every haptic tool its margins; docs/check.md says what is trusted.
+--touching asks only that nothing touched.
 
 Exit codes: 0 proven, 1 refuted, 2 the file cannot be used, 3 undecided.
 )";

@@ -106,6 +106,13 @@ struct TickRecord {
   Scalar dt = 0;
   HapticTick tick;
   std::vector<ToolRecord> others = {};  ///< of further tools
+
+  const HapticTick& tick_of(std::size_t tool) const {
+    return tool == 0 ? tick : others[tool - 1].tick;
+  }
+  /// Between tools: one for each pair, (0, 1), (0, 2), (1, 2) and so on, as the second one of the
+  /// pair sees it.
+  std::vector<ToolClearance> tool_clearances() const;
 };
 
 struct RunnerOptions {

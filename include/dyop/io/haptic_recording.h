@@ -92,7 +92,8 @@ std::uint64_t tick_digest(std::span<const HapticTick> ticks);
 /// the ticks since the last flush, a tenth of a second.
 ///
 /// Bytes of a tick: 208, and 12 for each hinge and 13 for each obstacle; for each further tool 125,
-/// 12 for each of its hinges and 8 for each obstacle; and 32 for each pair of tools.
+/// 12 for each of its hinges and 8 for each obstacle; and 32 for each pair of tools. Bytes of each
+/// motion in it: 13, and 56 for each tool, 8 for each hinge and 12 for each obstacle that deforms.
 class HapticRecordingWriter {
  public:
   /// Replaces the file.
@@ -128,7 +129,7 @@ class HapticRecordingWriter {
   /// The same for a run that was ended by an exception with this message.
   void fail(const std::string& error);
 
-  /// Size of one tick in the file.
+  /// Size of one tick in the file, without its motions.
   std::size_t bytes_per_tick() const;
 
  private:

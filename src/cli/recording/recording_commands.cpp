@@ -47,7 +47,7 @@ void add_check_command(CLI::App& app, ExitCode& exit_code) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("check", "Prove from a recording that bodies kept apart");
   command->footer(kCheckExamples);
-  command->add_option("RECORDING", arguments->file, "Recording of dyop simulate")->required();
+  command->add_option("RECORDING", arguments->file, "Recording of dyop simulate or dyop tool")->required();
   command->add_flag("--touching", arguments->touching, "Ask only that nothing touched");
   command->callback([arguments, &exit_code] {
     const double scale = arguments->touching ? 0 : 1;

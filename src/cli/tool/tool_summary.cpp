@@ -54,14 +54,8 @@ void RunSummary::add(const TickRecord& record) {
   tools.resize(1 + record.others.size());
   tools[0].add(record.tick);
   tools[0].add_tissue(record.tick);
-  std::vector<ToolClearance> pairs;
-  for (std::size_t k = 0; k < record.others.size(); ++k) {
-    const HapticTick& tick = record.others[k].tick;
-    tools[k + 1].add(tick);
-    const auto end = tick.tool_clearances.begin() + std::ptrdiff_t(k) + 1;
-    pairs.insert(pairs.end(), tick.tool_clearances.begin(), end);
-  }
-  between.add_clearances(pairs);
+  for (std::size_t k = 1; k < tools.size(); ++k) tools[k].add(record.tick_of(k));
+  between.add_clearances(record.tool_clearances());
 }
 
 void print_summary(const RunSummary& summary, const HapticScene& scene) {

@@ -322,6 +322,15 @@ void run_paced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
 
 }  // namespace
 
+std::vector<ToolClearance> TickRecord::tool_clearances() const {
+  std::vector<ToolClearance> pairs;
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    const std::vector<ToolClearance>& all = others[k].tick.tool_clearances;
+    pairs.insert(pairs.end(), all.begin(), all.begin() + std::ptrdiff_t(k) + 1);
+  }
+  return pairs;
+}
+
 RunnerReport run_session(HapticSession& session,
                          const std::function<DevicePose(std::int64_t tick)>& device,
                          const std::vector<TissueFeed>& tissue,

@@ -146,17 +146,17 @@ void put_others(const TickRecord& record, TickRow& row) {
   DYOP_REQUIRE(record.others.size() == row.shape().other_hinges.size(), "a tick has ",
                record.others.size(), " further tools, the recording ",
                row.shape().other_hinges.size());
-  std::size_t angle = 0, pair = 0;
+  std::size_t angle = 0;
   for (std::size_t k = 0; k < record.others.size(); ++k) {
     put_other(record.others[k], k, angle, row);
     angle += row.shape().other_hinges[k];
-    const auto& clearances = record.others[k].tick.tool_clearances;
-    for (std::size_t tool = 0; tool <= k; ++tool, ++pair) {
-      row.tools_lower[pair] = float_below(clearances[tool].lower);
-      row.tools_upper[pair] = float_above(clearances[tool].upper);
-      copy_into(part_of(row.tools_p_second, 3, pair), clearances[tool].p_WT);
-      copy_into(part_of(row.tools_p_first, 3, pair), clearances[tool].p_WO);
-    }
+  }
+  const std::vector<ToolClearance> pairs = record.tool_clearances();
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    row.tools_lower[k] = float_below(pairs[k].lower);
+    row.tools_upper[k] = float_above(pairs[k].upper);
+    copy_into(part_of(row.tools_p_second, 3, k), pairs[k].p_WT);
+    copy_into(part_of(row.tools_p_first, 3, k), pairs[k].p_WO);
   }
 }
 

@@ -13,10 +13,6 @@ std::size_t deforming_count(const HapticScene& scene) {
       scene.obstacles, [](const ToolObstacle& obstacle) { return obstacle.shape == nullptr; }));
 }
 
-const HapticTick& tick_of(const TickRecord& record, std::size_t tool) {
-  return tool == 0 ? record.tick : record.others[tool - 1].tick;
-}
-
 }  // namespace
 
 WaypointRow::WaypointRow(const HapticScene& scene)
@@ -50,7 +46,7 @@ void WaypointRows::put(const TickRecord& record, std::size_t waypoint) {
   row_.time = record.tick.path[waypoint].time;
   auto p = row_.p.begin(), q = row_.q.begin(), angle = row_.angles.begin();
   for (std::size_t tool = 0; tool < hinges_.size(); ++tool) {
-    const std::vector<ToolWaypoint>& path = tick_of(record, tool).path;
+    const std::vector<ToolWaypoint>& path = record.tick_of(tool).path;
     DYOP_REQUIRE(path.size() == record.tick.path.size(), "the path of tool ", tool, " has ",
                  path.size(), " waypoints, that of the first tool ", record.tick.path.size());
     const ToolPose& pose = path[waypoint].tool;

@@ -351,20 +351,6 @@ ToolFollower::~ToolFollower() {
   finish("");
 }
 
-namespace {
-
-// As RecordedTick::tool_clearances.
-std::vector<ToolClearance> pairs_of_tools(const TickRecord& record) {
-  std::vector<ToolClearance> pairs;
-  for (std::size_t k = 0; k < record.others.size(); ++k) {
-    const std::vector<ToolClearance>& all = record.others[k].tick.tool_clearances;
-    pairs.insert(pairs.end(), all.begin(), all.begin() + std::ptrdiff_t(k) + 1);
-  }
-  return pairs;
-}
-
-}  // namespace
-
 void ToolFollower::add(const TickRecord& record) {
   const HapticTick& tick = record.tick;
   ToolPicture& next = impl_->next;
@@ -380,7 +366,7 @@ void ToolFollower::add(const TickRecord& record) {
     add_tool(other.device, other.tick);
     next.sample.add_other(other.tick);
   }
-  next.sample.add_between(pairs_of_tools(record));
+  next.sample.add_between(record.tool_clearances());
   next.progress = tick.progress;
   if (!(tick.time >= impl_->due)) return;
   {
