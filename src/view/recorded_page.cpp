@@ -548,7 +548,7 @@ std::string recorded_page_html(const std::filesystem::path& recording,
                                const RecordedPageOptions& options) {
 #ifdef DYOP_HAS_TOOL_PAGE
   if (is_haptic_recording(recording)) {
-    const view_internal::ToolPage page = view_internal::make_tool_page(recording);
+    const view_internal::ToolPage page = view_internal::make_tool_page(recording, options.verdict);
     return page_html(page.title, page.blocks);
   }
 #endif

@@ -195,7 +195,7 @@ TEST_F(CheckHapticRecording, RefutesAToolThatDipsIntoTissueWithinOneMotion) {
     run.finish();
     const Answer answer = check(file());
     EXPECT_EQ(answer.code, height > 8.3 ? kProven : kRefuted) << answer.text;
-    EXPECT_EQ(says(answer, "organ and tool 0 in tick 1"), height < 8.3) << answer.text;
+    EXPECT_EQ(says(answer, "organ and tool 1 in tick 1"), height < 8.3) << answer.text;
   }
 }
 
@@ -245,7 +245,7 @@ TEST_F(CheckHapticRecording, RefutesAJawThatSweepsThroughARigidRegion) {
     run.finish();
     const Answer answer = check(file());
     EXPECT_EQ(answer.code, angle < 1 ? kProven : kRefuted) << answer.text;
-    EXPECT_EQ(says(answer, "tool 0, hinge 0"), angle > 1) << answer.text;
+    EXPECT_EQ(says(answer, "tool 1, hinge 1"), angle > 1) << answer.text;
   }
   scene.obstacles[0].role = ObstacleRole::SoftRegion;
   scene.obstacles[0].soft_stiffness = 1;
@@ -269,7 +269,7 @@ TEST_F(CheckHapticRecording, RefutesToolsThatPassThroughEachOther) {
     run.finish();
     const Answer answer = check(file());
     EXPECT_EQ(answer.code, y > 0 ? kProven : kRefuted) << answer.text;
-    EXPECT_EQ(says(answer, "tool 0 and tool 1 in tick 1"), y == 0) << answer.text;
+    EXPECT_EQ(says(answer, "tool 1 and tool 2 in tick 1"), y == 0) << answer.text;
   }
 }
 
@@ -324,7 +324,7 @@ TEST_F(CheckHapticRecording, LeavesUndecidedWhatDependsOnMissingTicks) {
   run.finish();
   const Answer answer = check(file());
   EXPECT_EQ(answer.code, kUndecided) << answer.text;
-  EXPECT_TRUE(says(answer, "undecided: organ and tool 0 in tick 3")) << answer.text;
+  EXPECT_TRUE(says(answer, "undecided: organ and tool 1 in tick 3")) << answer.text;
   EXPECT_FALSE(says(answer, "in tick 5")) << answer.text;
 }
 

@@ -41,6 +41,8 @@ try {
   check(run.samples >= (facts.samples ?? 100), `${run.samples} samples`);
   check(run.gaps === (facts.gaps ?? 2) * run.samples, `${run.gaps} gaps at ${run.samples} samples`);
   check(run.ghosts === facts.ghosts, `${run.ghosts} see-through bodies`);
+  const badge = await page.evaluate(() => document.getElementById('badge').textContent);
+  check(badge.slice(2) === (facts.badge ?? ''), `the badge says "${badge}"`);
   const axis = await page.evaluate(() => {
     const {player, run: all} = window.dyop;
     player.draw();

@@ -113,10 +113,13 @@ TEST(ToolPage, ShowsToolDeviceAndTissueWhereTheyWere) {
   const testing::TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.h5";
   for (const bool is_cut : {false, true}) {
-    const nlohmann::json facts = record_and_tell(file, is_cut);
+    nlohmann::json facts = record_and_tell(file, is_cut);
     ASSERT_GT(facts.at("boxes").size(), 15u);
+    RecordedPageOptions options;
+    options.verdict = PageVerdict{!is_cut, "run.h5: what was found"};
+    facts["badge"] = is_cut ? "not proven by dyop-check: run.h5" : "proven by dyop-check: run.h5";
     const fs::path facts_file = directory.write("facts.json", facts.dump());
-    const fs::path page = directory.write("page.html", recorded_page_html(file));
+    const fs::path page = directory.write("page.html", recorded_page_html(file, options));
     testing::expect_script_passes("tool", "check_tool_page.mjs",
                                   {page.string(), facts_file.string()});
   }

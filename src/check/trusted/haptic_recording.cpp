@@ -125,10 +125,10 @@ void HapticRecording::read_tool(const Json& json, const ShapeReader& shapes) {
   }
   for (auto& [number, body] : bodies) {
     ToolPart part;
-    part.name = "tool " + std::to_string(tool_count);
+    part.name = "tool " + std::to_string(tool_count + 1);
     part.tool = tool_count;
     if (number > 0) {
-      part.name += ", hinge " + std::to_string(number - 1);
+      part.name += ", hinge " + std::to_string(number);
       part.hinge = number - 1;
       part.X_TJ = pose_of(hinges[number - 1].at("X_TJ"));
     }

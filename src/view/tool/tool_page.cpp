@@ -23,8 +23,9 @@ using PartPoses = std::vector<std::vector<TimedPose>>;
 
 class ToolPageMaker {
  public:
-  explicit ToolPageMaker(const std::filesystem::path& file)
+  ToolPageMaker(const std::filesystem::path& file, const std::optional<PageVerdict>& verdict)
       : file_(file),
+        verdict_(verdict),
         reader_(file),
         bodies_(reader_.scene()),
         tissue_(reader_, file, bodies_, kPartOfRestOffset * reader_.options().rest_offset),
@@ -61,6 +62,7 @@ class ToolPageMaker {
     PageScene scene;
     scene.title =
         reader_.header().title.empty() ? file_.filename().string() : reader_.header().title;
+    scene.verdict = verdict_;
     scene.bodies = bodies_.bodies();
     scene.end_time = Scalar(reader_.tick_count()) * reader_.header().period;
     scene.charts = ToolSample::charts();
@@ -168,6 +170,7 @@ class ToolPageMaker {
   }
 
   std::filesystem::path file_;
+  std::optional<PageVerdict> verdict_;
   HapticRecordingReader reader_;
   ToolBodies bodies_;
   TissueTracks tissue_;
@@ -185,8 +188,9 @@ class ToolPageMaker {
 
 }  // namespace
 
-ToolPage make_tool_page(const std::filesystem::path& recording) {
-  return ToolPageMaker(recording).make();
+ToolPage make_tool_page(const std::filesystem::path& recording,
+                        const std::optional<PageVerdict>& verdict) {
+  return ToolPageMaker(recording, verdict).make();
 }
 
 namespace {

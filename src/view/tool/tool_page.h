@@ -24,7 +24,9 @@ struct ToolPage {
   std::string title;
   std::vector<std::string> blocks;
 };
-ToolPage make_tool_page(const std::filesystem::path& recording);
+/// @param verdict What a checker said of the recording, to be shown.
+ToolPage make_tool_page(const std::filesystem::path& recording,
+                        const std::optional<PageVerdict>& verdict = {});
 
 /// Bodies of a tool's page: the parts of all tools, the same parts as ghosts of the devices, and
 /// the obstacles, in this order. Meshes that obstacles later go on as come after them.
