@@ -2,6 +2,7 @@
 #include "check/direction.h"
 
 #include <array>
+#include <optional>
 
 namespace dyop_check {
 namespace {
@@ -36,18 +37,26 @@ struct Simplex {
   // The point of the hull that is nearest to the origin; keeps the points that span it. False if
   // none was found, or the origin may be inside.
   bool reduce(Vec& nearest);
-  // Whether four points hold the origin: then the sets have a point in common.
-  bool holds_origin() const;
+  // If four points hold the origin, so that the sets have a point in common: the combination of them
+  // that should be the origin, as near as rounding lets it come.
+  std::optional<Vec> origin() const;
 };
 
-bool Simplex::holds_origin() const {
-  if (count < 4) return false;
+std::optional<Vec> Simplex::origin() const {
+  constexpr double kNear = 1e-9;  // literal: relative; flat ones may seem to hold anything
+  if (count < 4) return std::nullopt;
   const auto& [a, b, c, d] = points;
   const double abc = dot(cross(a, b), c);
   const double acd = dot(cross(a, c), d);
   const double adb = dot(cross(a, d), b);
   const double bdc = dot(cross(b, d), c);
-  return (abc > 0 && acd > 0 && adb > 0 && bdc > 0) || (abc < 0 && acd < 0 && adb < 0 && bdc < 0);
+  const bool is_inside =
+      (abc > 0 && acd > 0 && adb > 0 && bdc > 0) || (abc < 0 && acd < 0 && adb < 0 && bdc < 0);
+  const double sum = abc + acd + adb + bdc;
+  if (!is_inside || !std::isfinite(sum)) return std::nullopt;
+  const Vec p = (1 / sum) * (bdc * a + acd * b + adb * c + abc * d);
+  if (!(norm(p) <= kNear * (norm(a) + norm(b) + norm(c) + norm(d)))) return std::nullopt;
+  return p;
 }
 
 // Tries all subsets of up to three points: the best in which the weights are >= 0.
@@ -104,11 +113,11 @@ Nearest gjk(const PosedNode& a, const PosedNode& b, const Vec& guess) {
   simplex.points[simplex.count++] = v;
   for (int k = 0; k < kMostIterations; ++k) {
     const double squared = dot(v, v);
-    if (!(squared > 0)) break;
+    if (!(squared > 0)) return {v, 0, true};
     const Vec w = difference(-1.0 * v);
     if (squared - dot(v, w) <= kClose * squared) break;
     simplex.points[simplex.count++] = w;
-    if (simplex.holds_origin()) return {v, 0};
+    if (const auto origin = simplex.origin()) return {v, norm(*origin), true};
     Vec next;
     if (!simplex.reduce(next) || !(dot(next, next) < squared)) break;
     v = next;
@@ -120,7 +129,10 @@ Nearest gjk(const PosedNode& a, const PosedNode& b, const Vec& guess) {
 
 Nearest nearest_direction(const PosedNode& a, const PosedNode& b, const Vec& guess) {
   // Of a half-space and a convex piece the gap along the normal is their distance.
-  const auto along = [&](const Vec& n) { return Nearest{n, std::max(0.0, gap(a, b, n))}; };
+  const auto along = [&](const Vec& n) {
+    const double height = gap(a, b, n);
+    return Nearest{n, std::max(0.0, height), !(height > 0)};
+  };
   if (const Piece* plane = a.body->half_space()) return along(a.X->R * plane->normal);
   if (const Piece* plane = b.body->half_space()) return along(-1.0 * (b.X->R * plane->normal));
   return gjk(a, b, guess);

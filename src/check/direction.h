@@ -7,8 +7,9 @@
 namespace dyop_check {
 
 struct Nearest {
-  Vec direction;        ///< from A to B
-  double distance = 0;  ///< of a point of A and one of B, so at least the distance; 0: they meet
+  Vec direction;           ///< from A to B
+  double distance = 0;     ///< of a point of A and one of B, so at least that of A and B
+  bool they_meet = false;  ///< as far as rounding tells
 };
 
 /// Of two nodes, by GJK [GilbertJohnsonKeerthi1988].

@@ -61,6 +61,7 @@ void make_body(const TimeInterval& span, bool deforms, Side& side) {
   side.body.build({});
   const std::string motion = io_internal::record_motion(*side.motion).dump();
   auto parts = dyop_check::prescribed(dyop_check::parse_json(motion), span.begin, {});
+  if (parts.size() > 1 && parts[1].begin < span.end) return;  // its segment stays unknown
   side.segment = parts.front();
   if (!deforms) return;
   side.body.corners = corners;

@@ -5,7 +5,8 @@
 // With `turning` all bodies resist rolling and spinning.
 // Every committed step is sampled and the distances measured by an oracle that shares nothing with
 // the library; a pair nearer than its target, a stall, an unexpected end and energy from nowhere
-// are faults. Prints what was met and exits with 1 if there was a fault.
+// are faults. Each run is recorded: one that dyop-check does not prove, laws included, is one, too.
+// Prints what was met and exits with 1 if there was a fault.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -21,10 +22,13 @@
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/recording.h"
 #include "dyop/motion/steady_motions.h"
+#include "support/check_answer.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/oracles/fast_distance_oracle.h"
+#include "support/temporary_directory.h"
 
 namespace dyop::testing {
 namespace {
@@ -71,11 +75,39 @@ class RandomWorld {
   std::size_t body_count() const { return bodies_.size(); }
 
   void run(int steps, Tally& tally) {
+    const TemporaryDirectory directory;
+    const std::filesystem::path file = directory.path() / "run.h5";
+    RecordingWriter writer(file, {});
+    run(steps, writer, tally);
+    writer.finish();
+    const Answer answer = testing::check(file);
+    if (answer.code == kProven) return;
+    std::printf("%s%s", answer.text.c_str(), answer.error.c_str());
+    fault(tally, "not proven by dyop-check", -1);
+  }
+
+  void fault(Tally& tally, const std::string& kind, int step) const {
+    if (tally.faults[kind]++ < 5) {
+      std::printf("  fault: %s, seed %llu, step %d, %zu bodies\n", kind.c_str(),
+                  static_cast<unsigned long long>(seed_), step, bodies_.size());
+    }
+  }
+
+ private:
+  struct Body {
+    BodyId id;
+    std::shared_ptr<const Shape> shape;
+    std::vector<std::pair<OracleBody, RigidPose>> oracles;  // one per child, with its pose
+    bool is_dynamic = false;
+  };
+
+  void run(int steps, RecordingWriter& writer, Tally& tally) {
     const Scalar before = energy();
     constexpr Scalar kSteps[] = {0.005, 0.01, 1.0 / 60};
     const Scalar h = kSteps[random_index(3, random_)];
     for (int k = 0; k < steps; ++k) {
       const AdvanceReport report = world_->advance(h);
+      writer.write(report, *world_);
       ++tally.steps;
       tally.impacts += std::int64_t(report.impacts.size());
       tally.stalls += report.work.stalls;
@@ -100,21 +132,6 @@ class RandomWorld {
     }
     ++tally.ends[AdvanceStatus::Completed];
   }
-
-  void fault(Tally& tally, const std::string& kind, int step) const {
-    if (tally.faults[kind]++ < 5) {
-      std::printf("  fault: %s, seed %llu, step %d, %zu bodies\n", kind.c_str(),
-                  static_cast<unsigned long long>(seed_), step, bodies_.size());
-    }
-  }
-
- private:
-  struct Body {
-    BodyId id;
-    std::shared_ptr<const Shape> shape;
-    std::vector<std::pair<OracleBody, RigidPose>> oracles;  // one per child, with its pose
-    bool is_dynamic = false;
-  };
 
   Scalar number(Scalar low, Scalar high) { return random_number(low, high, random_); }
 

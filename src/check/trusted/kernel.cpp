@@ -122,7 +122,7 @@ bool PairProver::improve(const Window& w, const Node& x, const Node& y, const Ve
 // Is the pair nearer than its target at a time? Then the distance of two of its points shows it.
 bool PairProver::refute(const PosedNode& x, const PosedNode& y, double t, const Vec& guess) {
   const Nearest nearest = nearest_direction(x, y, guess);
-  const bool they_meet = !(nearest.distance > 0);
+  const bool they_meet = nearest.they_meet && nearest.distance <= noise_;
   if (!they_meet && !(nearest.distance + noise_ < target_)) return false;
   refuted_at_ = t;
   refuted_distance_ = nearest.distance;
