@@ -169,6 +169,10 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
   }
   print_findings(out, "refuted", verdict.refuted, verdict.refuted_count);
   print_findings(out, "undecided", verdict.undecided, verdict.undecided_count);
+  for (const auto& [part, obstacle] : find_enclosures(recording)) {
+    out << "  inside: " << printable(part) << " begins within the surface of "
+        << printable(obstacle) << '\n';
+  }
   if (verdict.leaving > 0) {
     out << "  " << verdict.leaving << " times a part was nearer than its margin, as its tick says, "
         << "and is proven not to touch\n";

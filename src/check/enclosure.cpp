@@ -18,22 +18,38 @@ std::vector<Vec> points_of(const Body& body) {
   return points;
 }
 
-// How often the triangles of a body's meshes go around a point: solid angles, by the formula of
-// van Oosterom and Strackee.
+// The part of all directions from the origin in which a triangle is, by the formula of van Oosterom
+// and Strackee.
+double turn_of(const Vec& a, const Vec& b, const Vec& c) {
+  const double la = norm(a);
+  const double lb = norm(b);
+  const double lc = norm(c);
+  const double angle = 2 * std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc +
+                                                               dot(b, c) * la + dot(c, a) * lb);
+  return angle / (4 * kPi);
+}
+
+// How often the triangles of a body's meshes go around a point.
 double turns_around(const Body& body, const Vec& p) {
-  double angle = 0;
+  double turns = 0;
   for (const Piece& piece : body.pieces) {
     if (piece.surface < 0) continue;
-    const Vec a = piece.points[0] - p;
-    const Vec b = piece.points[1] - p;
-    const Vec c = piece.points[2] - p;
-    const double la = norm(a);
-    const double lb = norm(b);
-    const double lc = norm(c);
-    angle += 2 * std::atan2(dot(a, cross(b, c)),
-                            la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+    turns += turn_of(piece.points[0] - p, piece.points[1] - p, piece.points[2] - p);
   }
-  return angle / (4 * kPi);
+  return turns;
+}
+
+double turns_around(const Obstacle& obstacle, const Vec& p_W) {
+  if (!obstacle.deforms)
+    return turns_around(*obstacle.shape, transposed(obstacle.X_WO.R, p_W - obstacle.X_WO.p));
+  double turns = 0;
+  for (std::size_t k = 0; k < obstacle.corners.size(); k += 3) {
+    const auto corner = [&](std::size_t i) {
+      return obstacle.vertices[std::size_t(obstacle.corners[k + i])] - p_W;
+    };
+    turns += turn_of(corner(0), corner(1), corner(2));
+  }
+  return turns;
 }
 
 bool is_in_box(const Node& box, const Vec& p) {
@@ -82,6 +98,24 @@ std::vector<Enclosure> find_enclosures(const Recording& recording) {
         found.push_back({inner, outer, t});
         break;
       }
+    }
+  }
+  return found;
+}
+
+std::vector<std::pair<std::string, std::string>> find_enclosures(const HapticRecording& recording) {
+  std::vector<std::pair<std::string, std::string>> found;
+  const Waypoint start = recording.waypoint(0);
+  for (const ToolPart& part : recording.parts) {
+    const Waypoint::Tool& tool = start.tools[part.tool];
+    Pose X = tool.X_WT;
+    if (part.hinge) X = X * part.X_TJ * Pose{rotation({0, 0, tool.angles[*part.hinge]}), {}};
+    const std::vector<Vec> points = points_of(*part.shape);
+    for (const Obstacle& obstacle : recording.obstacles) {
+      const bool is_inside = std::any_of(points.begin(), points.end(), [&](const Vec& point) {
+        return std::abs(turns_around(obstacle, X * point)) > kInside;
+      });
+      if (obstacle.is_hard && is_inside) found.emplace_back(part.name, obstacle.name);
     }
   }
   return found;

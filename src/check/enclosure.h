@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "check/trusted/haptic_recording.h"
 #include "check/trusted/recording.h"
 
 /// What begins inside a closed mesh: told only, a verdict does not depend on it.
@@ -20,5 +21,8 @@ struct Enclosure {
 /// begin where one of them appears or is put elsewhere: surfaces that stay apart do not pass. Tells
 /// the pairs that count.
 std::vector<Enclosure> find_enclosures(const Recording& recording);
+
+/// Parts of tools of which a point begins within the surface of an obstacle, and that obstacle.
+std::vector<std::pair<std::string, std::string>> find_enclosures(const HapticRecording& recording);
 
 }  // namespace dyop_check

@@ -273,6 +273,24 @@ TEST_F(CheckHapticRecording, RefutesToolsThatPassThroughEachOther) {
   }
 }
 
+TEST_F(CheckHapticRecording, TellsOfAToolThatBeginsWithinTissue) {
+  for (const bool deforms : {false, true}) {
+    HapticScene scene = testing::ball_tool(1, {0.5, 0, 0});
+    const testing::MeshArrays shell = testing::icosphere(2, 4);
+    scene.obstacles.push_back(deforms ? testing::deforming_tissue(shell)
+                                      : testing::rigid_tissue(testing::shared_mesh(shell)));
+    for (const Scalar x : {0.5, 9.0}) {
+      scene.X_WT = RigidPose(Vector3(x, 0, 0));
+      MadeUpRun run(file(), scene);
+      run.move_to({pose_at({x + 0.1, 0, 0})});
+      run.finish();
+      const Answer answer = check(file());
+      EXPECT_EQ(answer.code, kProven) << answer.text;
+      EXPECT_EQ(says(answer, "inside: tool 1 begins within the surface of"), x < 1) << answer.text;
+    }
+  }
+}
+
 TEST_F(CheckHapticRecording, CountsWhatATickAdmits) {
   const HapticScene scene = ball_over_sheet();
   const auto answer_of = [&](HapticStatus status, Scalar z) {
