@@ -299,5 +299,43 @@ TEST(CheckShape, BoxesHoldAllPiecesBelowThem) {
   }
 }
 
+// Seen from a ball that turns by a radian, what flies through it in one motion is far away along n at
+// both ends. Whether it flies as a body or as a surface that deforms, n proves nothing.
+TEST(CheckKernel, ATurningDirectionDoesNotHideWhatFliesThrough) {
+  const auto triangle = [](const Vec& at) {
+    return std::vector<Vec>{at, at + Vec{0.01, 0, 0}, at + Vec{0, 0.01, 0}};
+  };
+  dyop_check::Body ball;
+  ball.pieces.resize(1);
+  ball.pieces[0].points = {{}};
+  ball.pieces[0].radius = 0.1;
+  ball.build({});
+  const Segment turning = dyop_check::twist({}, {}, {}, {0, 0, -1}, 0);
+  const Vec from{-5, 0, 0};
+  for (const bool deforms : {false, true}) {
+    dyop_check::Body speck;
+    speck.pieces.resize(1);
+    speck.pieces[0].points = triangle(deforms ? from : Vec{});
+    speck.build({});
+    Segment flight = dyop_check::twist({}, from, {10, 0, 0}, {}, 0);
+    if (deforms) {
+      speck.corners = {0, 1, 2};
+      speck.deform(triangle(from), triangle(Vec{5, 0, 0}));
+      flight = dyop_check::at_rest({});
+      flight.part_rate = 1;
+    }
+    const auto a = dyop_check::passage(ball, turning, 0, 1);
+    const auto b = dyop_check::passage(speck, flight, 0, 1);
+    dyop_check::PairProver prover(a, b, 0, 10000);
+    const Scalar angle = std::numbers::pi / 2 + 0.5;
+    std::vector<dyop_check::NodePair> front{
+        {0, 0, {{std::cos(angle), std::sin(angle), 0}, dyop_check::Frame::A}}};
+    const Vec n_last = dyop_check::rotation({0, 0, -1}) * front[0].direction.n;
+    EXPECT_GT(gap(a.at_first(ball.nodes[0]), b.at_first(speck.nodes[0]), front[0].direction.n), 1);
+    EXPECT_GT(gap(a.at_last(ball.nodes[0]), b.at_last(speck.nodes[0]), n_last), 1);
+    EXPECT_EQ(prover.prove(front), dyop_check::Answer::Refuted) << deforms;
+  }
+}
+
 }  // namespace
 }  // namespace dyop
