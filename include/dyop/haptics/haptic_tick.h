@@ -138,10 +138,10 @@ struct HapticTick {
   HapticStatus status = HapticStatus::NotRun;
   ToolPose tool;
   std::vector<ToolWaypoint> path;  ///< the committed motions: the start, then the end of each
-  /// Where the obstacles were at each waypoint: obstacle k, of n, at path[i] is number i * n + k. In
+  /// Where the n obstacles were at each waypoint: obstacle k at path[i] is number i * n + k. In
   /// between their fractions grow at constant rates.
   std::vector<ObstacleProgress> path_progress;
-  ToolWrench wrench;               ///< on the hand
+  ToolWrench wrench;                         ///< on the hand
   std::vector<ToolContactPoint> contacts;    ///< that held the proxy in its last motion
   std::vector<ToolContactPoint> candidates;  ///< that were near it then and had no force
   /// Impulses of all contacts with obstacles over the whole tick. Where the tool follows the device

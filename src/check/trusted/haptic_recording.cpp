@@ -295,7 +295,7 @@ void HapticRecording::read_ticks() {
 
 // What the table of ticks shows is where the motions that are proven have led.
 void HapticRecording::require_same_ends(const std::vector<std::uint64_t>& numbers) const {
-  constexpr double kSingle = 1e-6;  // rotations and angles are there in single precision
+  constexpr double kSingle = 1e-6;  // literal: rotations and angles are there in single precision
   const std::size_t others = tool_count - 1;
   const std::size_t hinges = first_angle_[1];
   require_same_ends(numbers, "tool_p", 3, 3 * others, p_, 0);

@@ -29,6 +29,9 @@ program dyop-check does the same without the rest of dyop.
 Examples:
     dyop simulate examples/scenes/arch.json -o run.h5
     dyop check run.h5
+  Of a haptic tool: that no motion of any tick broke a margin:
+    dyop tool examples/surgery/two-hands.json -o run.h5
+    dyop check run.h5
 )";
 
 }  // namespace
@@ -45,9 +48,11 @@ void add_check_command(CLI::App& app, ExitCode& exit_code) {
     bool touching = false;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("check", "Prove from a recording that bodies kept apart");
+  CLI::App* command =
+      app.add_subcommand("check", "Prove from a recording that bodies or tools kept apart");
   command->footer(kCheckExamples);
-  command->add_option("RECORDING", arguments->file, "Recording of dyop simulate or dyop tool")->required();
+  command->add_option("RECORDING", arguments->file, "Recording of dyop simulate or dyop tool")
+      ->required();
   command->add_flag("--touching", arguments->touching, "Ask only that nothing touched");
   command->callback([arguments, &exit_code] {
     const double scale = arguments->touching ? 0 : 1;
