@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Runs the examples of docs/gallery.md: for each scene a recording, its page, a picture, and a row
-# of figures in OUT/figures.md; for the paper's 90 tests their tables and figures.
+# Runs the examples of docs/gallery.md: for each scene a recording, its page with the verdict of
+# dyop-check, a picture, and a row of figures in OUT/figures.md; for the paper's 90 tests their tables
+# and figures.
 # Usage: bash examples/gallery.sh [OUT [NAME...]]     OUT: build/gallery
 # Environment: DYOP, the command (default build/release/dyop). Bunnies: Debian's glmark2-data. Pictures:
 # chromium and ffmpeg (bash .ci/install.sh page); without them the pages are written all the same.
@@ -34,7 +35,7 @@ echo "|---|---|---|---|---|---|---|---|---|" >> "$rows"
 # The page of a recording, and its picture at a time.
 show_one() {
   local name=$1 time=$2 link=$3
-  "$dyop" view "$out/$name.h5" -o "$out/$name.html" > /dev/null
+  "$dyop" view "$out/$name.h5" --check -o "$out/$name.html" > /dev/null
   if command -v chromium >/dev/null && command -v ffmpeg >/dev/null; then
     "$dyop" export "$out/$name.h5" --frames "$out/$name.frames" --from "$time" --to "$time" \
       --width 640 --height 400 --link "$link" > /dev/null
