@@ -96,10 +96,9 @@ Vec support_point(const PosedNode& at, const Vec& d) {
     return *at.X * (at.body->core_support(node, in, at.part) +
                     (radius / std::max(norm(in), std::numeric_limits<double>::min())) * in);
   }
-  const Vec half = node.half + at.part * node.half_move;
-  return *at.X * (node.center + at.part * node.center_move +
-                  Vec{std::copysign(half.x, in.x), std::copysign(half.y, in.y),
-                      std::copysign(half.z, in.z)});
+  const auto [center, half] = at.body->box(node, at.part);
+  return *at.X * (center + Vec{std::copysign(half.x, in.x), std::copysign(half.y, in.y),
+                               std::copysign(half.z, in.z)});
 }
 
 Nearest gjk(const PosedNode& a, const PosedNode& b, const Vec& guess) {

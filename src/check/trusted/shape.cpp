@@ -134,8 +134,7 @@ std::pair<Box, Box> fit_boxes(Body& body, const std::vector<Vec>& to, std::size_
   }
   node.center = first.center();
   node.half = first.half();
-  node.center_move = last.center() - node.center;
-  node.half_move = last.half() - node.half;
+  body.box_moves[number] = {last.center() - node.center, last.half() - node.half};
   return {first, last};
 }
 
@@ -174,13 +173,10 @@ Vec Body::core_support(const Node& leaf, const Vec& d, double part) const {
   return dot(c, d) > dot(ab, d) ? c : ab;
 }
 
-double Body::support(const Node& node, const Vec& d, double part) const {
-  if (!node.is_leaf()) {
-    return dot(d, node.center + part * node.center_move) +
-           dot(absolute(d), node.half + part * node.half_move);
-  }
-  if (deforms()) return dot(core_support(node, d, part), d);
-  return pieces[std::size_t(node.piece)].support(d);
+double Body::deformed_support(const Node& node, const Vec& d, double part) const {
+  if (node.is_leaf()) return dot(core_support(node, d, part), d);
+  const NodeBox at = box(node, part);
+  return dot(d, at.center) + dot(absolute(d), at.half);
 }
 
 void Body::build(const Vec& center_of_mass) {
@@ -205,6 +201,7 @@ void Body::deform(std::vector<Vec> places, const std::vector<Vec>& to) {
   from = std::move(places);
   moves.clear();
   for (std::size_t k = 0; k < from.size(); ++k) moves.push_back(to[k] - from[k]);
+  box_moves.resize(nodes.size());
   const auto [first, last] = fit_boxes(*this, to, 0);
   size = 0;
   for (const Box& top : {first, last})

@@ -36,9 +36,7 @@ struct Piece {
 
 struct Node {
   Vec center;
-  Vec half;         ///< of the box that holds all pieces below
-  Vec center_move;  ///< of a surface that deforms: how the box changes with the part of the way
-  Vec half_move;
+  Vec half;  ///< of the box that holds all pieces below
   /// Largest distance from the body's centre of mass of a point below whose height counts: of a
   /// leaf the points of its core, as a radius adds the same height at all times; else of its box.
   double reach = 0;
@@ -47,6 +45,12 @@ struct Node {
   std::int32_t piece = -1;  ///< of a leaf
 
   bool is_leaf() const { return left < 0; }
+};
+
+/// The box of a node, or how it changes while its body deforms.
+struct NodeBox {
+  Vec center;
+  Vec half;
 };
 
 /// A body's shape: convex pieces below a binary tree of boxes, node 0 at the top. It may be a surface
@@ -61,6 +65,7 @@ struct Body {
   std::vector<std::int32_t> corners;
   std::vector<Vec> from;
   std::vector<Vec> moves;
+  std::vector<NodeBox> box_moves;  ///< by node
 
   bool deforms() const { return !corners.empty(); }
 
@@ -77,8 +82,20 @@ struct Body {
   /// The point of a leaf's core that is farthest along d.
   /// @param part Of the way, if it deforms; from 0 to 1.
   Vec core_support(const Node& leaf, const Vec& d, double part) const;
+  NodeBox box(const Node& node, double part) const {
+    if (!deforms()) return {node.center, node.half};
+    const NodeBox& move = box_moves[std::size_t(&node - nodes.data())];
+    return {node.center + part * move.center, node.half + part * move.half};
+  }
   /// The largest d.x over a node.
-  double support(const Node& node, const Vec& d, double part) const;
+  double support(const Node& node, const Vec& d, double part) const {
+    if (deforms()) return deformed_support(node, d, part);
+    if (node.is_leaf()) return pieces[std::size_t(node.piece)].support(d);
+    return dot(d, node.center) + dot(absolute(d), node.half);
+  }
+
+ private:
+  double deformed_support(const Node& node, const Vec& d, double part) const;
 };
 
 }  // namespace dyop_check
