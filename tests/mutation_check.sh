@@ -137,7 +137,7 @@ mistake proof_kept_for_another_mesh src/check/trusted/haptic_prover.cpp check '*
 mistake any_tick_is_excused src/check/trusted/haptic_prover.cpp check '*' \
   'if (question.excuse != Excuse::None) {' 'if (true) {'
 mistake place_after_missing_ticks_taken_for_known src/check/trusted/haptic_prover.cpp check '*' \
-  'if (!a.is_known) return' 'if (false) return'
+  'if (!a.is_known || !b.is_known)' 'if (!b.is_known)'
 mistake ends_of_ticks_not_compared src/check/trusted/haptic_recording.cpp check '*' \
   'throw BadFile("tick " + std::to_string(numbers[k]) + " ends elsewhere than its motions");' 'continue;'
 

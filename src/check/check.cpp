@@ -179,8 +179,7 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
   }
   if (verdict.crossing > 0) {
     out << "  " << verdict.crossing
-        << " times a part is not proven, as its tick says that the tool "
-        << "leaves a margin, or crosses\n";
+        << " times a part is not proven, as its tick says that the tool crosses something\n";
   }
   if (verdict.placed > 1) out << "  tools began afresh " << verdict.placed - 1 << " times\n";
   if (verdict.replaced > 0)

@@ -291,6 +291,17 @@ TEST_F(CheckHapticRecording, TellsOfAToolThatBeginsWithinTissue) {
   }
 }
 
+// Half a turn may have been made either way round.
+TEST_F(CheckHapticRecording, LeavesTurnsByNearlyHalfATurnUndecided) {
+  for (const Scalar angle : {2.4, 2.6}) {
+    MadeUpRun run(file(), ball_over_sheet());
+    run.move_to({pose_at({0, 0, 3})});
+    run.move_to({pose_at({0, 0, 3}, {0, 0, angle})});
+    run.finish();
+    EXPECT_EQ(check(file()).code, angle > 2.5 ? kUndecided : kProven);
+  }
+}
+
 TEST_F(CheckHapticRecording, CountsWhatATickAdmits) {
   const HapticScene scene = ball_over_sheet();
   const auto answer_of = [&](HapticStatus status, Scalar z) {
@@ -305,6 +316,7 @@ TEST_F(CheckHapticRecording, CountsWhatATickAdmits) {
   const Answer leaving = answer_of(HapticStatus::Recovering, 1.05);
   EXPECT_EQ(leaving.code, kProven);
   EXPECT_TRUE(says(leaving, "1 times a part was nearer than its margin")) << leaving.text;
+  EXPECT_EQ(answer_of(HapticStatus::Recovering, 0.5).code, kRefuted);  // that is no crossing
   const Answer crossing = answer_of(HapticStatus::Overlapping, 0.5);
   EXPECT_EQ(crossing.code, kProven);
   EXPECT_TRUE(says(crossing, "1 times a part is not proven")) << crossing.text;

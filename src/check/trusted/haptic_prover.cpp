@@ -152,8 +152,9 @@ class HapticChecker {
       const ToolPart& part = recording_.parts[k];
       Moving& moving = parts_[k];
       moving.segment = motion_of(part, last_.tools[part.tool], next.tools[part.tool]);
-      moving.moves = !moving.segment.rests();
-      moving.passage = passage(*moving.body, moving.segment, 0, 1);
+      moving.is_known = moving.segment.is_known();
+      moving.moves = !moving.is_known || !moving.segment.rests();
+      if (moving.is_known) moving.passage = passage(*moving.body, moving.segment, 0, 1);
     }
     for (Moving& obstacle : obstacles_) {
       if (!obstacle.passage.body)
@@ -167,6 +168,7 @@ class HapticChecker {
     const Pose& X = from.X_WT;
     const Vec turn =
         X.R.m == to.X_WT.R.m ? Vec{} : X.R * rotation_vector(transpose(X.R) * to.X_WT.R);
+    if (!(norm(turn) <= kLargestTurn)) return {};  // it may have been the other way round
     const Vec way = to.X_WT.p - X.p;
     const bool rests = norm(way) == 0 && norm(turn) == 0;
     Segment frame = rests ? at_rest(X) : twist(X.R, X.p, way, turn, 0);
@@ -207,20 +209,30 @@ class HapticChecker {
     const double margin = options_.scale * question.margin;
     pair.is_proven_here = false;
     HapticFinding finding{question.a, question.b, question.tick, 0, margin};
-    if (!a.is_known) return note(verdict_.undecided, verdict_.undecided_count, finding);
+    if (!a.is_known || !b.is_known)
+      return note(verdict_.undecided, verdict_.undecided_count, finding);
     PairProver prover(a.passage, b.passage, margin, options_.most_node_pairs);
-    const Answer answer = prove(prover, pair);
+    Answer answer = prove(prover, pair);
     if (answer == Answer::Proven) {
       ++verdict_.proven;
       pair.is_proven_here = true;
       return;
     }
+    finding.distance = prover.refuted_distance();
     if (question.excuse != Excuse::None) {
       PairProver apart(a.passage, b.passage, 0, options_.most_node_pairs);
-      ++(prove(apart, pair) == Answer::Proven ? verdict_.leaving : verdict_.crossing);
-      return;
+      answer = prove(apart, pair);
+      if (answer == Answer::Proven) {
+        ++verdict_.leaving;
+        return;
+      }
+      if (question.excuse == Excuse::Crossing) {
+        ++verdict_.crossing;
+        return;
+      }
+      finding.distance = apart.refuted_distance();
+      finding.margin = 0;
     }
-    finding.distance = prover.refuted_distance();
     if (answer == Answer::Refuted) return note(verdict_.refuted, verdict_.refuted_count, finding);
     note(verdict_.undecided, verdict_.undecided_count, finding);
   }

@@ -24,7 +24,7 @@ struct HapticVerdict {
   std::int64_t motions = 0;
   std::int64_t proven = 0;    ///< pairs of bodies, each over a motion, that keep their margin
   std::int64_t leaving = 0;   ///< that do not touch; the run says that they leave a margin
-  std::int64_t crossing = 0;  ///< not proven; the run says that they leave a margin, or cross
+  std::int64_t crossing = 0;  ///< not proven; the run says that the tool crosses something
   std::int64_t placed = 0;    ///< times tools were put elsewhere, the start included
   std::int64_t replaced = 0;  ///< meshes put in the place of others
   std::int64_t node_pairs = 0;

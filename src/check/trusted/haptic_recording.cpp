@@ -9,6 +9,7 @@ namespace {
 constexpr std::int64_t kVersion = 5;
 constexpr std::size_t kMostTools = 100;
 constexpr std::size_t kMostHinges = 100;
+constexpr std::uint64_t kMostNumber = 0xffffffff;  // of ticks and snapshots
 
 std::string text_of(const Hdf5Reader& file, const char* dataset) {
   return file.bytes(dataset, file.length(dataset));
@@ -73,6 +74,7 @@ Breathing breathing_from(const Json& json, const Obstacle& obstacle) {
     left = corners;
     if (left.empty()) throw BadFile("a cut leaves nothing");
     const double number = std::round(item.at("t").to_number() / breathing.period);
+    if (!(number >= 1 && number <= double(kMostNumber))) throw BadFile("a cut has no time");
     breathing.cuts.push_back({std::int64_t(number), std::move(corners)});
   }
   return breathing;
@@ -229,6 +231,11 @@ void HapticRecording::read_waypoints() {
       if (!std::isfinite(x)) throw BadFile("a waypoint is not finite");
     }
   }
+  for (const auto* numbers : {&waypoint_ticks_, &snapshots_}) {
+    for (const std::uint64_t x : *numbers) {
+      if (x > kMostNumber) throw BadFile("a number is too large");
+    }
+  }
   for (const double fraction : fractions_) {
     if (!(fraction >= 0 && fraction <= 1)) throw BadFile("a fraction is not within 0 and 1");
   }
@@ -259,7 +266,7 @@ void HapticRecording::read_ticks() {
   const auto numbers = file_.integers("ticks", "number", count);
   for (std::size_t k = 0; k < count; ++k) {
     const std::uint64_t due = k == 0 ? 0 : numbers[k - 1] + 1;
-    if (numbers[k] < due) throw BadFile("the ticks are not in order");
+    if (numbers[k] < due || numbers[k] > kMostNumber) throw BadFile("the ticks are not in order");
     missing_ticks += std::int64_t(numbers[k] - due);
   }
   require_same_ends(numbers);

@@ -6,8 +6,7 @@ namespace {
 
 constexpr std::size_t kNodeNumbers = 13;
 constexpr std::size_t kChartNumbers = 9;
-constexpr double kOrthogonal = 1e-9;  // literal: entries of R^T R - 1
-constexpr double kLargestTurn = 2.5;  // radians between two samples; near pi the axis is uncertain
+constexpr double kOrthogonal = 1e-9;    // literal: entries of R^T R - 1
 constexpr int kMostNestedMotions = 50;  // motions within motions
 
 using Kind = Segment::Kind;

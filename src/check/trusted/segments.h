@@ -11,6 +11,9 @@
 /// The motions of a file. TRUSTED.
 namespace dyop_check {
 
+/// Radians between two recorded rotations: near pi the axis is uncertain.
+inline constexpr double kLargestTurn = 2.5;
+
 /// Three of the numbers.
 Vec vector_of(const std::vector<double>& x, std::size_t at = 0);
 /// Nine of the numbers.
