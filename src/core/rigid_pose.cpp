@@ -47,6 +47,11 @@ Matrix3 rotation_from_vector(const Vector3& w) {
   return q.normalized().toRotationMatrix();
 }
 
+// Eigen's needs a singular value decomposition, which takes seconds to compile: here once.
+Quaternion rotation_between(const Vector3& from, const Vector3& to) {
+  return Quaternion::FromTwoVectors(from, to);
+}
+
 Vector3 rotation_vector(const Matrix3& R) {
   Quaternion q(R);
   if (q.w() < 0) q.coeffs() *= -1;

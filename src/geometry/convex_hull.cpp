@@ -255,7 +255,7 @@ MassProperties ConvexHull::compute_mass_properties(Scalar density) const {
     const AlignedBox box = surface_.bounding_box();
     const Vector3 half = surface_.vertices()[0] - box.center();
     const MassProperties capsule = Capsule(radius_, half.norm()).compute_mass_properties(density);
-    const Matrix3 R = Quaternion::FromTwoVectors(Vector3::UnitZ(), half).toRotationMatrix();
+    const Matrix3 R = rotation_between(Vector3::UnitZ(), half).toRotationMatrix();
     return {capsule.mass, box.center(), R * capsule.I_BBcm * R.transpose()};
   }
   DYOP_REQUIRE(dimension_ == 3, "a convex hull of dimension ", dimension_,

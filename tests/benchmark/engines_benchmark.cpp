@@ -762,7 +762,7 @@ Scene tori_in_bin(int count, Scalar h) {
 // A trunk, a head, two arms and two legs of capsules, joined at five places, above the floor.
 void add_ragdoll(Scene& scene, const RigidPose& X) {
   const int trunk = int(scene.solids.size());
-  const Quaternion across = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX());
+  const Quaternion across = rotation_between(Vector3::UnitZ(), Vector3::UnitX());
   const auto add = [&](Scalar radius, Scalar half_length, const Quaternion& turn,
                        const Vector3& p) {
     scene.solids.push_back(capsule(radius, half_length, X * RigidPose(turn, p)));
@@ -805,7 +805,7 @@ Scene rope(int count, Scalar load, Scalar h) {
   constexpr Scalar kHalf = 0.1;
   constexpr Scalar kPitch = 2 * kHalf;
   const Scalar z = kPitch * count + 5;
-  const Quaternion across = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX());
+  const Quaternion across = rotation_between(Vector3::UnitZ(), Vector3::UnitX());
   for (int i = 0; i < count; ++i) {
     const Vector3 middle(kPitch * (i + 0.5), 0, z);
     scene.solids.push_back(capsule(kRadius, kHalf - kRadius, RigidPose(across, middle)));

@@ -43,7 +43,8 @@ function(check_pkg_config prefix option)
 endfunction()
 
 if(KIND STREQUAL "add_subdirectory")
-  run(${configure} -S ${consumers}/add_subdirectory -B ${WORK_DIR}/build -DDYOP_SOURCE_DIR=${SOURCE_DIR})
+  run(${configure} -S ${consumers}/add_subdirectory -B ${WORK_DIR}/build -DDYOP_SOURCE_DIR=${SOURCE_DIR}
+      -DCMAKE_UNITY_BUILD=ON)
   if(NOT output MATCHES "dyop is built as Release")
     message(FATAL_ERROR "the build type is not named: ${output}")
   endif()

@@ -127,7 +127,7 @@ TEST(ContactGenerator, FaceOfManyTrianglesGivesTheSameCorners) {
 TEST(ContactGenerator, ACapsuleLyingOnABoxTouchesAtItsEnds) {
   const Box floor(Vector3(5, 5, 1));
   const Capsule capsule(0.2, 0.7);
-  const RigidPose X_WB(Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3(1, 2, 0).normalized()),
+  const RigidPose X_WB(rotation_between(Vector3::UnitZ(), Vector3(1, 2, 0).normalized()),
                        Vector3(0.3, 0.1, 1.2 + 1e-4));
   const auto contacts = generate_contacts(floor, RigidPose(), capsule, X_WB, 1e-3);
   ASSERT_EQ(contacts.size(), 2u);

@@ -120,7 +120,7 @@ TEST(Gjk, BoxesFaceToFaceEdgeToEdgeAndCornerToFace) {
                   4 - 1 - std::numbers::sqrt2);
   // b's diagonal along x: a corner, sqrt(3) from its centre, to a's face.
   const Matrix3 R_diagonal =
-      Quaternion::FromTwoVectors(Vector3(1, 1, 1), Vector3::UnitX()).toRotationMatrix();
+      rotation_between(Vector3(1, 1, 1), Vector3::UnitX()).toRotationMatrix();
   expect_distance(cube, cube, RigidPose(R_diagonal, Vector3(4, 0.2, 0.1)),
                   4 - 1 - std::numbers::sqrt3);
   // Crossed edges: a turned 45 degrees about z, b about y; both show an edge along x.

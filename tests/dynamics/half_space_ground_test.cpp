@@ -35,8 +35,7 @@ BodyDefinition resting(std::shared_ptr<const Shape> shape, const HalfSpace& plan
   const Scalar gap = rest_gap(shape->bounding_radius());
   const Vector3 p = plane.normal() * (plane.offset() + depth + gap) + beside;
   BodyDefinition body = dynamic_body("body", std::move(shape), p);
-  body.initial.X_WB =
-      RigidPose(Quaternion::FromTwoVectors(Vector3::UnitZ(), plane.normal()).normalized(), p);
+  body.initial.X_WB = RigidPose(rotation_between(Vector3::UnitZ(), plane.normal()).normalized(), p);
   body.friction = friction;
   body.restitution = 0;
   return body;

@@ -268,8 +268,7 @@ struct LoadedRope {
     add(std::make_shared<Sphere>(size), size + radius, size + radius);
   }
   void add(const std::shared_ptr<const Shape>& shape, Scalar center, Scalar length) {
-    const RigidPose X_along(Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX()),
-                            Vector3::Zero());
+    const RigidPose X_along(rotation_between(Vector3::UnitZ(), Vector3::UnitX()), Vector3::Zero());
     BodyDefinition body = dynamic_body("link", shape, Vector3::Zero());
     body.mass_properties = shape->compute_mass_properties(1000);
     const Vector3 joint_W = start_W + Vector3(chain.lengths.sum(), 0, 0);
@@ -339,7 +338,7 @@ TEST(Joint, SwingsAHeavyLoadOnARopeAsLagrangeSays) {
 
 // A trunk, a head, two arms and two legs of capsules; returns its mass.
 Scalar add_ragdoll(World& world, const RigidPose& X_WR) {
-  const Quaternion across = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3::UnitX());
+  const Quaternion across = rotation_between(Vector3::UnitZ(), Vector3::UnitX());
   const Quaternion upright = Quaternion::Identity();
   Scalar mass = 0;
   const auto add = [&](Scalar radius, Scalar half_length, const RigidPose& X_RB) {

@@ -154,9 +154,8 @@ TEST(ImpactContacts, OfACubeOnItsEdgeAreTheEndsAndOnItsCornerThatOne) {
   EXPECT_EQ(contacts_at(on_edge, Vector3(1.3, 0.1, 0), 1e-9), 1);
   for (const Contact& contact : on_edge.contacts) EXPECT_NEAR(contact.p_WCb.y(), 0.1, 1e-9);
   // The diagonal (1, 1, 1) turned to -z.
-  const RigidPose on_its_corner(
-      Quaternion(Eigen::Quaterniond::FromTwoVectors(Vector3(1, 1, 1), Vector3(0, 0, -1))),
-      Vector3(0.3, 0.1, 3));
+  const RigidPose on_its_corner(rotation_between(Vector3(1, 1, 1), Vector3(0, 0, -1)),
+                                Vector3(0.3, 0.1, 3));
   const ToiResult on_corner = drop(floor, cube, on_its_corner);
   check_contacts(on_corner, {.distance_tolerance = 1e-6});
   ASSERT_EQ(on_corner.contacts.size(), 1u);

@@ -53,6 +53,10 @@ class RigidPose {
 /// Rotation exp([w]) by the vector w: angle |w| about w/|w|, right-handed. Any finite w.
 Matrix3 rotation_from_vector(const Vector3& w);
 
+/// The shortest rotation that takes the direction `from` to the direction `to`; where they are
+/// opposite, about some axis across them. Of any length but zero.
+Quaternion rotation_between(const Vector3& from, const Vector3& to);
+
 /// The rotation vector of R with norm in [0, pi].
 Vector3 rotation_vector(const Matrix3& R);
 

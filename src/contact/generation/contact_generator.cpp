@@ -154,7 +154,7 @@ Scalar normal_cosine(const ContactPoint& from, const ContactPoint& to) {
 // The impulse, turned by the shortest rotation between two normals.
 Vector3 turned(const Vector3& impulse, const Vector3& from, const Vector3& to) {
   if (impulse.isZero(0)) return impulse;
-  return Quaternion::FromTwoVectors(from, to) * impulse;
+  return rotation_between(from, to) * impulse;
 }
 
 void continue_contact(const ContactPoint& last, std::size_t number, ContactPoint& contact) {

@@ -76,8 +76,7 @@ Matrix3 rotation(const XmlNode& node, const std::string& attribute, const MjcfDo
 }  // namespace
 
 Matrix3 rotation_of_z_to(const Vector3& direction, const XmlNode& node, const char* attribute) {
-  return Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), unit_of(direction, node, attribute))
-      .toRotationMatrix();
+  return rotation_between(Vector3::UnitZ(), unit_of(direction, node, attribute)).toRotationMatrix();
 }
 
 Matrix3 quaternion_rotation(const XmlNode& node, const char* attribute) {

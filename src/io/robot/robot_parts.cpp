@@ -24,7 +24,7 @@ std::vector<Part> parts_of(SplitJoint kind, const Vector3& axis) {
   constexpr auto kTurn = JointType::Revolute;
   if (kind == SplitJoint::Planar) {
     const Vector3 normal = axis.stableNormalized();
-    const Matrix3 R = Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), normal).matrix();
+    const Matrix3 R = rotation_between(Vector3::UnitZ(), normal).matrix();
     return {{"/x", kShift, R.col(0)}, {"/y", kShift, R.col(1)}, {"/yaw", kTurn, normal}};
   }
   std::vector<Part> parts;

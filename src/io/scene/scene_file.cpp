@@ -266,7 +266,7 @@ JointDefinition read_framed_joint(const JsonNode& node, const Scene& scene) {
   if (!(axis.norm() > 0)) node.at("axis").fail_expected("an axis that is not zero");
   const Quaternion turn = joint.kind == JointKind::Universal
                               ? universal_axes(node, axis)
-                              : Quaternion(Quaternion::FromTwoVectors(Vector3::UnitZ(), axis));
+                              : rotation_between(Vector3::UnitZ(), axis);
   const RigidPose X_WJ(turn, node.at("point").vector3());
   joint.X_AJ = initial_pose(scene, joint.a).inverse() * X_WJ;
   joint.X_BJ = initial_pose(scene, joint.b).inverse() * X_WJ;

@@ -39,8 +39,7 @@ struct Wheel {
         std::optional<JointLimits> limits)
       : axis_W(axis.normalized()) {
     const BodyId fixed = add_fixed(world);
-    const Matrix3 R =
-        Eigen::Quaternion<Scalar>::FromTwoVectors(Vector3::UnitZ(), axis_W).toRotationMatrix();
+    const Matrix3 R = rotation_between(Vector3::UnitZ(), axis_W).toRotationMatrix();
     BodyDefinition body =
         dynamic_body("wheel", std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)), {0, 0, 0});
     body.initial.X_WB = RigidPose(R, Vector3::Zero());
@@ -64,9 +63,7 @@ struct Wheel {
   }
   Scalar speed() const { return world.state(id).twist.w_WB.dot(axis_W); }
   Scalar angle() const {
-    const Matrix3 R = Eigen::Quaternion<Scalar>::FromTwoVectors(Vector3::UnitZ(), axis_W)
-                          .toRotationMatrix()
-                          .transpose() *
+    const Matrix3 R = rotation_between(Vector3::UnitZ(), axis_W).toRotationMatrix().transpose() *
                       world.state(id).X_WB.rotation();
     return std::atan2(R(1, 0), R(0, 0));
   }

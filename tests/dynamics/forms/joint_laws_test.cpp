@@ -41,8 +41,7 @@ BodyId add_ground(World& world) {
 struct Plank {
   explicit Plank(JointDefinition joint = {}, Scalar arm = 0, const WorldOptions& options = {},
                  const Vector3& axis = {1, -2, 0.5})
-      : world(options),
-        R(Eigen::Quaternion<Scalar>::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix()) {
+      : world(options), R(rotation_between(Vector3::UnitZ(), axis).toRotationMatrix()) {
     ground = add_ground(world);
     BodyDefinition body = dynamic_body("plank", std::make_shared<Box>(Vector3(0.3, 0.2, 0.1)),
                                        R * Vector3(arm, 0, 0));
@@ -437,8 +436,7 @@ struct Gears {
   explicit Gears(Scalar ratio) {
     const BodyId ground = add_ground(world);
     const auto wheel = [&](const Vector3& half, const Vector3& place, const Vector3& axis) {
-      const Matrix3 R =
-          Eigen::Quaternion<Scalar>::FromTwoVectors(Vector3::UnitZ(), axis).toRotationMatrix();
+      const Matrix3 R = rotation_between(Vector3::UnitZ(), axis).toRotationMatrix();
       BodyDefinition body = dynamic_body("wheel", std::make_shared<Box>(half), place);
       body.initial.X_WB = RigidPose(R, place);
       const BodyId id = world.add_body(body);

@@ -84,7 +84,7 @@ BodyDefinition tilted_oloid(int facets) {
     (is_low ? low : high) = z;
   }
   const Vector3 down(kAlong, std::sqrt(1 - kAlong * kAlong - low * low), low);
-  const Matrix3 R = Quaternion::FromTwoVectors(down, -Vector3::UnitZ()).toRotationMatrix();
+  const Matrix3 R = rotation_between(down, -Vector3::UnitZ()).toRotationMatrix();
   const std::vector<Vector3> points = oloid_points(1, facets);
   return on_the_floor("oloid", std::make_shared<ConvexHull>(points), points, R);
 }
