@@ -128,17 +128,24 @@ bool DeformingObstacle::give(std::span<const Vector3> vertices, Scalar duration)
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "give_snapshot: duration must be finite and > 0, not ", duration);
   if (has_next()) return false;
-  // The tick changes the shown mesh only while there is a next one.
-  refit_spare(1, vertices);
-  hand_over(duration, 1);
+  // The tick changes the shown mesh only while there is a next one. 1 but in a replay: retarget()
+  // leaves another end only together with a next one.
+  const Scalar from = turn_at_.load();
+  refit_spare(from, vertices);
+  hand_over(duration, from, false);
   return true;
+}
+
+void DeformingObstacle::require_count(std::span<const Vector3> vertices) const {
+  const std::size_t count = surface().mesh.end().size();
+  DYOP_REQUIRE(vertices.size() == count, "give_snapshot: the mesh has ", count, " vertices, not ",
+               vertices.size());
 }
 
 // The spare mesh sets out where the shown one is at a fraction of its motion.
 void DeformingObstacle::refit_spare(Scalar from, std::span<const Vector3> vertices) {
+  require_count(vertices);
   const Surface& last = surface();
-  DYOP_REQUIRE(vertices.size() == last.mesh.end().size(), "give_snapshot: the mesh has ",
-               last.mesh.end().size(), " vertices, not ", vertices.size());
   if (spare().version != last.version) spare() = last;
   if (from < 1) {
     places_.resize(vertices.size());
@@ -157,10 +164,12 @@ bool DeformingObstacle::retarget(std::span<const Vector3> vertices, Scalar durat
   DYOP_REQUIRE(duration > 0 && duration < kInfinity,
                "retarget: duration must be finite and > 0, not ", duration);
   DYOP_REQUIRE(lead >= 0 && lead < kInfinity, "retarget: lead must be finite and >= 0, not ", lead);
+  const bool has_next_mesh = has_next() && !(next_duration_ > 0);
+  if (has_next_mesh) return false;
+  require_count(vertices);  // before tissue is told to turn
   if (has_next()) {
     Next offered = Next::Offered;
-    const bool is_mesh = !(next_duration_ > 0);
-    if (is_mesh || !next_.compare_exchange_strong(offered, Next::None)) return false;
+    if (!next_.compare_exchange_strong(offered, Next::None)) return false;
   }
   const std::int64_t ticks = ticks_.load();
   const Scalar rate = surface().duration > 0 ? 1 / surface().duration : 0;
@@ -178,7 +187,7 @@ bool DeformingObstacle::retarget(std::span<const Vector3> vertices, Scalar durat
     is_sure = true;
   }
   if (is_sure) {
-    hand_over(duration, from);
+    hand_over(duration, from, true);
   } else {
     turn_at_.store(1);
   }
@@ -191,17 +200,34 @@ bool DeformingObstacle::give_mesh(std::span<const Vector3> vertices,
   const std::vector<Vector3> places(vertices.begin(), vertices.end());
   DeformingMesh mesh(places, places, {triangles.begin(), triangles.end()});
   spare() = Surface(std::move(mesh), surface().version + 1);
-  hand_over(0, 1);
+  hand_over(0, 1, false);
   return true;
 }
 
-void DeformingObstacle::hand_over(Scalar duration, Scalar from) {
+void DeformingObstacle::hand_over(Scalar duration, Scalar from, bool is_retarget) {
   spare().snapshot = surface().snapshot + 1;
   spare().duration = duration;
   next_duration_ = duration;
   next_from_ = from;
   ++next_given_;
+  if (observer_) {
+    const DeformingMesh& mesh = spare().mesh;
+    const auto triangles = duration > 0 ? std::span<const TriangleIndices>() : mesh.triangles();
+    observer_->on_tissue({number_, spare().snapshot, mesh.end(), triangles, duration, is_retarget});
+  }
   next_.store(Next::Offered, std::memory_order_release);
+}
+
+void DeformingObstacle::replay_turn(Scalar end) {
+  DYOP_REQUIRE(end >= fraction_ && end <= 1, "replay_turn: the motion cannot end at ", end,
+               ", it has come to ", fraction_);
+  next_.store(Next::None);
+  turn_at_.store(end);
+}
+
+void DeformingObstacle::observe(HapticObserver* observer, std::size_t number) {
+  observer_ = observer;
+  number_ = number;
 }
 
 bool DeformingObstacle::start_tick() {
@@ -213,6 +239,7 @@ bool DeformingObstacle::start_tick() {
   end_fraction_ = std::max(fraction_, turn_at_.load());
   adopted_.store(end_fraction_);
   turns_seen_.store(turns);
+  input_ = {snapshots_taken_, end_fraction_, is_next_seen_ ? next_given_ : 0};
   if (fraction_ < end_fraction_ && surface().duration > 0) rate_ = 1 / surface().duration;
   const bool is_newer = is_next_seen_ && std::exchange(newest_seen_, next_given_) != next_given_;
   const bool is_there = fraction_ >= 1 && !is_next_seen_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dyop/geometry/mesh_topology.h"
+#include "dyop/haptics/haptic_observer.h"
 #include "dyop/haptics/haptic_session.h"
 #include "dyop/toi/deforming_mesh.h"
 #include "haptics/obstacle.h"
@@ -47,6 +48,12 @@ class DeformingObstacle final : public Obstacle {
   Vector3 place(std::int32_t vertex) const;
   std::int64_t snapshots_taken() const { return snapshots_taken_; }
   bool has_next() const { return next_.load(std::memory_order_acquire) != Next::None; }
+  /// See HapticSession::replay_turn(); no other thread uses the obstacle meanwhile.
+  void replay_turn(Scalar end);
+  /// The observer, or null, is told of what is handed over, as of the obstacle with this number.
+  void observe(HapticObserver* observer, std::size_t number);
+  /// Nothing was given, nor asked for.
+  bool is_fresh() const { return next_given_ == 0 && turns_asked_.load() == 0; }
 
   PairImpact first_impact(const BodyMotion& motion, const ToiOptions& options, WorkClock& clock,
                           PairMemory& kept, QueryMemory& memory) const override;
@@ -62,6 +69,7 @@ class DeformingObstacle final : public Obstacle {
   void let_see(std::int64_t snapshots) override { most_seen_ = snapshots; }
   std::int64_t snapshots_seen() const override { return snapshots_seen_; }
   ObstacleProgress progress() const override { return {snapshots_taken_, fraction_}; }
+  ObstacleInput input() const override { return input_; }
   Scalar speed() const override { return shown().largest_displacement() * rate(); }
   Scalar time_left() const override;
   void stop(Scalar dt) override { lag_ += dt; }
@@ -107,8 +115,9 @@ class DeformingObstacle final : public Obstacle {
   // Rate of the fraction, per time; 0 at rest.
   Scalar rate() const { return is_standing_ ? 0 : rate_; }
   Surface& spare() { return meshes_[1 - shown_.load(std::memory_order_relaxed)]; }
+  void require_count(std::span<const Vector3> vertices) const;
   void refit_spare(Scalar from, std::span<const Vector3> vertices);
-  void hand_over(Scalar duration, Scalar from);
+  void hand_over(Scalar duration, Scalar from, bool is_retarget);
   static Vector3 vertex_at(const Place& place, std::int32_t vertex);
   static SurfacePoint surface_at(const Place& place, std::int32_t triangle, const Vector3& p_W);
   static Vector3 velocity_of(const Place& place, const SurfacePoint& point);
@@ -157,6 +166,9 @@ class DeformingObstacle final : public Obstacle {
   std::int64_t snapshots_seen_ = 0;
   std::int64_t most_seen_ = std::numeric_limits<std::int64_t>::max();
   bool is_next_seen_ = false;  // as it was when the tick started
+  ObstacleInput input_;
+  HapticObserver* observer_ = nullptr;
+  std::size_t number_ = 0;  // for the observer
 };
 
 }  // namespace dyop::haptics_internal

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -38,8 +39,8 @@ struct ToolState {
 };
 
 struct SessionState {
-  SessionState(const HapticScene& scene, const HapticOptions& given)
-      : options(given), proxy(scene, given), clock(given.max_work) {
+  SessionState(const HapticScene& described, const HapticOptions& given)
+      : scene(described), options(given), proxy(scene, given), clock(given.max_work) {
     const std::span<const HapticTool> all = proxy.scene().tools;
     for (std::size_t k = 0; k < all.size(); ++k) {
       tools.emplace_back(all[k], reach_of(proxy.scene().bodies, k), scene, given);
@@ -51,12 +52,15 @@ struct SessionState {
     return std::span(proxy.scene().obstacles).first(proxy.scene().scene_obstacles);
   }
 
+  HapticScene scene;
   HapticOptions options;
   Proxy proxy;
   std::vector<ToolState> tools;
   std::vector<HapticTick> ticks;  // by tool
   WorkClock clock;
   Scalar time = 0;
+  std::shared_ptr<HapticObserver> observer;
+  bool is_fresh = true;  // no tick, and nothing else from its thread
   // Memory of find_contacts().
   haptics_internal::PairMemory search_memory;
   std::vector<HoldPoint> found;
@@ -325,6 +329,7 @@ void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
     tick.tissue_lag = std::max(tick.tissue_lag, obstacles[k]->lag());
     tick.snapshots[k] = obstacles[k]->snapshots_seen();
     tick.progress[k] = obstacles[k]->progress();
+    tick.inputs[k] = obstacles[k]->input();
   }
   for (const ToolState& tool : state.tools) {
     for (const auto& region : tool.soft_regions) {
@@ -388,6 +393,7 @@ Outcome run_stages(SessionState& state, std::span<const DevicePose> devices, Sca
   outcome.was_cut = state.clock.cutoff().has_value();
   follow_in_soft_regions(state, outcome.dt, work);
   state.proxy.measure({state.clock, state.options.clearance_work}, work);
+  outcome.report.overlapping |= state.proxy.beside_new();
   outcome.steps = haptics_internal::step_between(before, state.proxy.poses());
   const Scalar late = outcome.dt - outcome.report.committed;
   if (late > kTimeNoise * outcome.dt) outcome.late = late;
@@ -425,6 +431,7 @@ void run_tick(SessionState& state, std::span<const DevicePose> devices, Scalar d
   DYOP_REQUIRE(devices.size() == state.tools.size(), "HapticSession: ", devices.size(),
                " device poses for ", state.tools.size(), " tools");
   const auto start = std::chrono::steady_clock::now();
+  state.is_fresh = false;
   TickStatistics work;
   const Outcome outcome = run_stages(state, devices, dt, work);
   state.time += outcome.dt;
@@ -439,6 +446,7 @@ void run_tick(SessionState& state, std::span<const DevicePose> devices, Scalar d
     tick.statistics = work;
     tick.latency = latency;
   }
+  if (state.observer) state.observer->on_tick(devices, dt, state.ticks);
 }
 
 void require_tool(const SessionState& state, std::size_t tool) {
@@ -592,6 +600,7 @@ HapticSession::HapticSession(const HapticScene& scene, const HapticOptions& opti
     tick.clearances.resize(scene.obstacles.size());
     tick.snapshots.resize(scene.obstacles.size());
     tick.progress.resize(scene.obstacles.size());
+    tick.inputs.resize(scene.obstacles.size());
     tick.contacts.reserve(std::size_t(options.max_contacts));
     tick.candidates.reserve(std::size_t(options.max_contacts));
   }
@@ -625,9 +634,42 @@ std::span<const HapticTick> HapticSession::replay(std::span<const DevicePose> de
   return state_->ticks;
 }
 
+void HapticSession::replay_turn(std::size_t obstacle, Scalar end) {
+  deforming(*state_, obstacle).replay_turn(end);
+}
+
+void HapticSession::observe(std::shared_ptr<HapticObserver> observer) {
+  std::vector<std::pair<std::size_t, DeformingObstacle*>> tissue;
+  for (std::size_t k = 0; k < state_->obstacles().size(); ++k) {
+    auto* one = dynamic_cast<DeformingObstacle*>(state_->obstacles()[k].get());
+    if (one) tissue.emplace_back(k, one);
+  }
+  const bool is_fresh = state_->is_fresh && std::ranges::all_of(tissue, [](const auto& entry) {
+                          return entry.second->is_fresh();
+                        });
+  DYOP_REQUIRE(!observer || is_fresh, "HapticSession: ",
+               "it can be observed from its start only: before ticks and inputs");
+  state_->observer = std::move(observer);
+  for (const auto& [number, one] : tissue) one->observe(state_->observer.get(), number);
+}
+
+const std::shared_ptr<HapticObserver>& HapticSession::observer() const {
+  return state_->observer;
+}
+
+const HapticScene& HapticSession::scene() const {
+  return state_->scene;
+}
+
+const HapticOptions& HapticSession::options() const {
+  return state_->options;
+}
+
 void HapticSession::set_coupling(const CouplingOptions& coupling, std::size_t tool) {
   require_tool(*state_, tool);
   const VirtualCoupling checked(coupling);
+  state_->is_fresh = false;
+  if (state_->observer) state_->observer->on_coupling(tool, checked.options());
   state_->tools[tool].wanted = checked.options();
   const HapticStatus last = state_->ticks[tool].status;
   stiffen(*state_, tool, last == HapticStatus::Free || last == HapticStatus::NotRun);
@@ -647,6 +689,8 @@ void HapticSession::reset(const ToolPose& pose, std::size_t tool) {
   for (const Scalar angle : pose.angles) {
     DYOP_REQUIRE(std::isfinite(angle), "HapticSession: reset to an angle of ", angle);
   }
+  state_->is_fresh = false;
+  if (state_->observer) state_->observer->on_reset(tool, pose);
   state_->proxy.reset(tool, pose);
   ToolState& changed = state_->tools[tool];
   for (const auto& region : changed.soft_regions) region->reset(pose);

@@ -159,6 +159,8 @@ class Obstacle {
   /// Snapshots and meshes given before the tick.
   virtual std::int64_t snapshots_seen() const { return 0; }
   virtual ObstacleProgress progress() const { return {}; }
+  /// What start_tick() found.
+  virtual ObstacleInput input() const { return {}; }
   /// Time passes in which it does not move, although it should.
   virtual void stop(Scalar /*dt*/) {}
   /// How much later it reaches the newest snapshot seen, since it was stopped.

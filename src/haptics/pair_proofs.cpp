@@ -65,10 +65,21 @@ void PairProofs::forget(std::size_t obstacle) {
     if (pair.obstacle != obstacle) continue;
     pair.distance = {};
     pair.is_overlapping = false;
+    pair.is_new = true;
     pair.eased_from = 0;
     pair.level = 0;
     for (PieceMemory& kept : pair.kept) kept.restart();
   }
+}
+
+ToolSet PairProofs::beside_new() const {
+  ToolSet tools;
+  for (const ProxyPair& pair : pairs_) {
+    const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
+    const bool is_apart = pair.distance.lower > obstacle.margin;
+    if (pair.is_new && obstacle.is_hard() && !is_apart) tools |= tools_of(pair);
+  }
+  return tools;
 }
 
 PairImpact PairProofs::ask(ProxyPair& pair, const BodyMotion& motion, WorkClock& clock,
@@ -160,6 +171,7 @@ Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar
       pair.eased_from = 0;
       pair.level = 0;
       pair.is_overlapping = false;
+      pair.is_new = false;
       continue;
     }
     const auto other = scene_.body_of(pair.obstacle);
@@ -181,6 +193,7 @@ Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar
       }
       if (pair.eased_from > 0 || pair.is_overlapping) proof.recovering |= tools_of(pair);
       if (pair.is_overlapping) {
+        pair.is_new = false;
         proof.overlapping |= tools_of(pair);
         pair.eased_from = 0;
         pair.level = 0;
@@ -189,7 +202,10 @@ Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar
       }
     }
     // A query that was cut off before it looked says nothing about what was found earlier.
-    if (impact.t_safe > 0 || impact.status == ToiStatus::Impact) pair.is_overlapping = false;
+    if (impact.t_safe > 0 || impact.status == ToiStatus::Impact) {
+      pair.is_overlapping = false;
+      pair.is_new = false;
+    }
     // See ToiStatus.
     const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
     if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);

@@ -18,6 +18,7 @@ struct ProxyPair {
   /// What the motions tried since the last commit have been proven to keep, up to their safe times.
   Scalar proven = kInfinity;
   bool is_overlapping = false;  ///< not proven apart: left out of the proof
+  bool is_new = false;          ///< the obstacle is another mesh, of which nothing is proven yet
   Scalar eased_from = 0;        ///< while nearer than what is kept: the largest distance since then
   int level = 0;  ///< how much of its slack it has used up: see PairProofs::set_band()
   PairMemory kept;
@@ -59,6 +60,8 @@ class PairProofs {
   void forget(std::size_t obstacle);
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(const ToolPoses& poses, WorkShare share, TickStatistics& work);
+  /// The tools beside another mesh that neither a proof nor a clearance has shown to be apart.
+  ToolSet beside_new() const;
   /// The tools of a pair.
   ToolSet tools_of(const ProxyPair& pair) const;
 

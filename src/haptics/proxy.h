@@ -130,6 +130,8 @@ class Proxy {
   void set_coupling(std::size_t tool, const CouplingOptions& coupling) {
     contacts_.set_coupling(tool, coupling);
   }
+  /// See PairProofs.
+  ToolSet beside_new() const { return proofs_.beside_new(); }
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(WorkShare share, TickStatistics& work) {
     proofs_.measure(course_.pose, share, work);

@@ -148,13 +148,8 @@ void record_scene(const fs::path& file, const std::string& text, std::int64_t ti
   run.runner.ticks = ticks;
   run.runner.is_paced = false;
   HapticSession session(run.scene, run.options);
-  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
-                               run.options, run.tissue);
-  for (TissueFeed& feed : run.tissue) {
-    feed.given = [&](std::span<const Vector3> vertices) {
-      writer.add_snapshot(feed.obstacle, vertices, feed.period);
-    };
-  }
+  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, session,
+                               run.tissue);
   writer.finish(run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
       [&](const TickRecord& record) { writer.add(record); }, run.runner));
@@ -401,7 +396,7 @@ TEST_F(CheckHapticRecording, ProvesAHalfSpaceAndRefusesOtherVersions) {
   testing::set_version(file(), 4);
   const Answer answer = check(file());
   EXPECT_EQ(answer.code, kUnusable);
-  EXPECT_NE(answer.error.find("version 4, and version 5 is checked"), std::string::npos)
+  EXPECT_NE(answer.error.find("version 4, and versions 5 to 6 are checked"), std::string::npos)
       << answer.error;
 }
 

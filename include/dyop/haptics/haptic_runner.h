@@ -89,7 +89,7 @@ struct TissueFeed {
   std::function<std::optional<TissueMesh>(std::int64_t number)> cut = {};
   /// In place of `shape` and `cut`: a model that is told of the tool.
   std::shared_ptr<TissueModel> model = {};
-  /// If not empty, called with each of the model's snapshots before it is given: to record it.
+  /// If not empty, called with each of the model's snapshots before it is given: to show it.
   std::function<void(std::span<const Vector3> vertices)> given = {};
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "dyop/haptics/haptic_observer.h"
 #include "dyop/haptics/haptic_scene.h"
 #include "dyop/haptics/haptic_tick.h"
 #include "dyop/haptics/virtual_coupling.h"
@@ -127,6 +128,21 @@ class HapticSession {
                            const std::optional<TickCutoff>& cutoff);
   std::span<const HapticTick> replay(std::span<const DevicePose> devices, Scalar dt,
                                      const std::optional<TickCutoff>& cutoff);
+
+  /// For a replay, between two ticks: takes back what a deforming obstacle waits to start on, and
+  /// ends its motion at this fraction, where the next snapshot given sets out: HapticTick::inputs.
+  /// @throws InvalidArgument if the obstacle does not deform, or is farther already, or end > 1.
+  void replay_turn(std::size_t obstacle, Scalar end);
+
+  /// Tells an observer, which may be null, of all that comes, in place of the one before. While no
+  /// other thread uses the session.
+  /// @throws InvalidArgument if it is not null and the session has been given anything before.
+  void observe(std::shared_ptr<HapticObserver> observer);
+  const std::shared_ptr<HapticObserver>& observer() const;
+
+  /// What the session was made of.
+  const HapticScene& scene() const;
+  const HapticOptions& options() const;
 
   /// Other springs from the next tick on; from the thread that calls update(). Along each axis a
   /// lower stiffness takes effect at once, a higher one when the tool is where the device is: so a

@@ -102,6 +102,16 @@ struct ObstacleProgress {
   Scalar fraction = 1;        ///< of the way there from where it set out, 0 to 1
 };
 
+/// What a tick found of a deforming obstacle when it began: all that other threads can tell it. For
+/// recordings.
+struct ObstacleInput {
+  std::int64_t snapshot = 0;  ///< that the obstacle moved to or had reached
+  Scalar end = 1;             ///< fraction of that motion at which it ends: see retarget()
+  std::int64_t given = 0;     ///< what waits to follow, counted over all given; 0: nothing
+
+  friend bool operator==(const ObstacleInput&, const ObstacleInput&) = default;
+};
+
 /// Certified distance of the tool from one obstacle at the end of the tick: lower <= d <= upper.
 struct ToolClearance {
   Scalar lower = 0;
@@ -162,6 +172,7 @@ struct HapticTick {
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
   std::vector<ObstacleProgress> progress;  ///< per obstacle, at the end of the tick
+  std::vector<ObstacleInput> inputs;       ///< per obstacle, at its start
   Scalar time = 0;                         ///< at the end of the tick: HapticSession::time()
   std::optional<TickCutoff> cutoff;        ///< if the tick was cut off
   std::chrono::nanoseconds latency{0};     ///< of this call

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "dyop/haptics/haptic_runner.h"
@@ -41,6 +42,28 @@ struct RecordedTool {
   std::vector<ToolClearance> clearances;  ///< bounds rounded outwards, no points
 };
 
+/// Springs that a tool was given: HapticSession::set_coupling().
+struct RecordedCoupling {
+  std::size_t tool = 0;
+  CouplingOptions coupling;
+};
+
+/// Where a tool was put: HapticSession::reset().
+struct RecordedReset {
+  std::size_t tool = 0;
+  ToolPose pose;
+};
+
+/// What a tick found after a HapticSession::retarget(), if it is not what the one before left.
+struct RecordedTurn {
+  std::size_t obstacle = 0;
+  std::int64_t snapshot = 0;  ///< that comes next
+  Scalar from = 1;            ///< it sets out at this fraction of the motion to the one before
+  bool is_given = false;  ///< the tick found it, and not the one that another tick may have found
+};
+
+using RecordedInput = std::variant<RecordedCoupling, RecordedReset, RecordedTurn>;
+
 /// One tick as a recording stores it: its exact inputs, and results for looking at. The digest
 /// stands for all bits of the result.
 struct RecordedTick {
@@ -49,6 +72,7 @@ struct RecordedTick {
   Scalar dt = 0;
   std::optional<TickCutoff> cutoff;
   std::vector<std::uint8_t> new_snapshots;  ///< per obstacle: given since the tick before
+  std::vector<RecordedInput> inputs;        ///< all else that came before it, in this order
 
   HapticStatus status = HapticStatus::NotRun;
   ToolPose tool;      ///< position exact, rotation and angles in single precision
@@ -103,25 +127,30 @@ class HapticRecordingWriter {
   HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
                         const HapticScene& scene, const HapticOptions& options,
                         std::span<const TissueFeed> tissue = {});
+  /// The same of a session that has not been given anything yet, and observes it: all of its inputs
+  /// are recorded, and only its ticks must be added, from any one thread.
+  HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
+                        HapticSession& session, std::span<const TissueFeed> tissue = {});
   /// Without finish(): as if the process were killed now.
   ~HapticRecordingWriter();
   HapticRecordingWriter(HapticRecordingWriter&&) noexcept;
   HapticRecordingWriter& operator=(HapticRecordingWriter&&) noexcept;
 
   /// The next snapshot of an obstacle, in their order and before the tick that sees it: with each
-  /// HapticSession::give_snapshot() that returns true. From any thread.
-  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or the number of
-  ///         vertices differs.
+  /// HapticSession::give_snapshot() that returns true. From any one thread.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, the number of
+  ///         vertices differs, or a session is observed.
   void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
   /// The same for another mesh: with each HapticSession::give_mesh() that returns true.
-  /// @throws InvalidArgument if the obstacle does not deform or has a formula, or there is no
-  ///         triangle.
+  /// @throws InvalidArgument if the obstacle does not deform or has a formula, there is no
+  ///         triangle, or a session is observed.
   void add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
                 std::span<const TriangleIndices> triangles);
 
   /// A tick, in their order.
-  /// @throws InvalidArgument if it has seen a snapshot that was not added.
+  /// @throws InvalidArgument if it has seen a snapshot that was not added, or an obstacle with a
+  ///         formula was retargeted.
   void add(const TickRecord& record);
 
   /// Writes how the run ended, and closes the file.

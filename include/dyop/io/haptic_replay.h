@@ -13,6 +13,13 @@
 
 namespace DYOP_EXPORT dyop {
 
+/// What an obstacle was given before a tick.
+struct TissueStep {
+  std::size_t obstacle = 0;
+  std::optional<RecordedTurn> turn = {};   ///< what waited until then does no longer
+  const RecordedSnapshot* next = nullptr;  ///< what waits from now on, or null
+};
+
 /// The snapshots of a recorded run, wherever they come from.
 class RecordedTissue {
  public:
@@ -24,7 +31,18 @@ class RecordedTissue {
   /// @throws InvalidArgument if the recording lacks it, FileError if it cannot be read.
   const RecordedSnapshot& next(std::size_t obstacle);
 
+  /// Calls visit(const TissueStep&) for everything that tissue was given before a tick; all ticks
+  /// in their order.
+  template <typename Visit>
+  void for_each_step(const RecordedTick& tick, Visit visit) {
+    for (std::size_t k = 0; k < tick.new_snapshots.size(); ++k) {
+      if (const TissueStep step = step_of(tick, k); step.turn || step.next) visit(step);
+    }
+  }
+
  private:
+  TissueStep step_of(const RecordedTick& tick, std::size_t obstacle);
+
   struct Source {
     std::optional<TissueFeed> feed;
     std::int64_t number = 0;

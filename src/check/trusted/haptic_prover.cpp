@@ -7,6 +7,8 @@
 namespace dyop_check {
 namespace {
 
+constexpr std::int64_t kMuchWork = 2'000;  // node pairs: most motions need some tens
+
 // A surface that deforms, on its way to a snapshot.
 struct Surface {
   Body body;
@@ -74,6 +76,7 @@ class HapticChecker {
   HapticVerdict run() {
     for (std::size_t k = 0; k < recording_.waypoint_count(); ++k) {
       const Waypoint next = recording_.waypoint(k);
+      follows_ = !next.is_start || (k > 0 && recording_.is_whole(last_.tick, next.tick));
       if (next.is_start) start(next);
       for (std::size_t i = 0; i < surfaces_.size(); ++i) move_surface(i, next);
       move_parts(next);
@@ -107,13 +110,17 @@ class HapticChecker {
     Surface& surface = surfaces_[number];
     const Waypoint::Progress to = next.progress[number];
     const bool is_next = to.snapshot == surface.at.snapshot + 1;
-    if (to.snapshot != surface.at.snapshot && !is_next && !next.is_start)
+    if (to.snapshot != surface.at.snapshot && !is_next && follows_)
       throw BadFile("a snapshot is left out");
     if (to.snapshot != surface.at.snapshot) {
+      if (follows_ &&
+          !recording_.sets_out_at(surface.at.fraction, surface_of_[number], to.snapshot))
+        throw BadFile("a snapshot sets out elsewhere than the inputs say");
       // After missing ticks it is known where it set out if it had arrived.
-      set_out(number, to.snapshot, !next.is_start || (is_next && surface.at.fraction >= 1));
-    } else if (to.fraction < surface.at.fraction && !next.is_start) {
-      throw BadFile("a surface goes back");
+      set_out(number, to.snapshot, follows_ || (is_next && surface.at.fraction >= 1));
+    } else if (follows_ && (to.fraction < surface.at.fraction ||
+                            (next.is_start && to.fraction > surface.at.fraction))) {
+      throw BadFile("a surface goes back, or is elsewhere without a motion");
     }
     if (next.is_start) surface.at.fraction = to.fraction;
     Moving& moving = obstacles_[surface_of_[number]];
@@ -211,7 +218,7 @@ class HapticChecker {
     HapticFinding finding{question.a, question.b, question.tick, 0, margin};
     if (!a.is_known || !b.is_known)
       return note(verdict_.undecided, verdict_.undecided_count, finding);
-    PairProver prover(a.passage, b.passage, margin, options_.most_node_pairs);
+    PairProver prover(a.passage, b.passage, margin, most_node_pairs_);
     Answer answer = prove(prover, pair);
     if (answer == Answer::Proven) {
       ++verdict_.proven;
@@ -220,7 +227,7 @@ class HapticChecker {
     }
     finding.distance = prover.refuted_distance();
     if (question.excuse != Excuse::None) {
-      PairProver apart(a.passage, b.passage, 0, options_.most_node_pairs);
+      PairProver apart(a.passage, b.passage, 0, most_node_pairs_);
       answer = prove(apart, pair);
       if (answer == Answer::Proven) {
         ++verdict_.leaving;
@@ -241,6 +248,9 @@ class HapticChecker {
     if (pair.proofs++ % kFreshStart == 0) pair.front = {{0, 0, pair.front.front().direction}};
     const Answer answer = prover.prove(pair.front);
     if (answer != Answer::Proven) pair.proofs = 0;
+    // The run is not proven then: the rest is worth less work.
+    if (answer == Answer::Undecided && prover.node_pairs() > kMuchWork)
+      most_node_pairs_ = kMuchWork;
     verdict_.node_pairs += prover.node_pairs();
     return answer;
   }
@@ -253,6 +263,7 @@ class HapticChecker {
 
   const HapticRecording& recording_;
   CheckOptions options_;
+  std::int64_t most_node_pairs_ = options_.most_node_pairs;
   HapticVerdict verdict_;
   std::vector<Surface> surfaces_;
   std::vector<std::size_t> surface_of_;  // by surface: its obstacle
@@ -261,6 +272,7 @@ class HapticChecker {
   // By part, and by obstacle or, after all of these, other part.
   std::map<std::pair<std::size_t, std::size_t>, PairState> pairs_;
   Waypoint last_;
+  bool follows_ = false;  // no tick is missing between the last waypoint and the next
 };
 
 }  // namespace

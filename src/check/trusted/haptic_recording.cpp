@@ -6,7 +6,8 @@
 namespace dyop_check {
 namespace {
 
-constexpr std::int64_t kVersion = 5;
+constexpr std::int64_t kVersion = 6;
+constexpr std::int64_t kOldestVersion = 5;
 constexpr std::size_t kMostTools = 100;
 constexpr std::size_t kMostHinges = 100;
 constexpr std::uint64_t kMostNumber = 0xffffffff;  // of ticks and snapshots
@@ -84,11 +85,14 @@ Breathing breathing_from(const Json& json, const Obstacle& obstacle) {
 
 HapticRecording::HapticRecording(const Hdf5Reader& file) : file_(file) {
   const std::int64_t version = file.integer_attribute("version");
-  if (version != kVersion) {
+  if (version < kOldestVersion || version > kVersion) {
     throw BadFile("the recording of a tool has version " + std::to_string(version) +
-                  ", and version " + std::to_string(kVersion) + " is checked");
+                  ", and versions " + std::to_string(kOldestVersion) + " to " +
+                  std::to_string(kVersion) + " are checked");
   }
+  tells_turns_ = version > kOldestVersion;
   read_session();
+  if (tells_turns_) read_turns();
   snapshot_rows_ = read_rows("snapshots", "first_vertex", "vertex_count");
   mesh_rows_ = read_rows("meshes", "first_triangle", "triangle_count");
   read_waypoints();
@@ -208,6 +212,26 @@ std::optional<Snapshot> HapticRecording::snapshot(std::size_t number_of_obstacle
       throw BadFile("a triangle is out of range");
   }
   return found;
+}
+
+// Of a snapshot that was taken back the last line counts, as its number has come again.
+void HapticRecording::read_turns() {
+  for (const Json& line : file_.json_lines("inputs", file_.length("inputs"))) {
+    const Json* obstacle = line.find("obstacle");
+    if (!obstacle) continue;
+    const std::size_t snapshot = index_of(line.at("snapshot"), kMostNumber);
+    turns_[{index_of(*obstacle, obstacles.size()), snapshot}] = line.at("from").to_number();
+  }
+}
+
+bool HapticRecording::sets_out_at(double part, std::size_t obstacle, std::int64_t number) const {
+  const auto turn = turns_.find({obstacle, std::uint64_t(number)});
+  return !tells_turns_ || part == (turn == turns_.end() ? 1 : turn->second);
+}
+
+bool HapticRecording::is_whole(std::int64_t first, std::int64_t last) const {
+  const auto ticks = std::distance(excuses_.lower_bound(first), excuses_.upper_bound(last));
+  return ticks == last - first + 1;
 }
 
 void HapticRecording::read_waypoints() {

@@ -93,6 +93,10 @@ class HapticRecording {
   Excuse excuse(std::int64_t tick, std::size_t tool) const;
   /// @param number From 1. None: the file does not have it.
   std::optional<Snapshot> snapshot(std::size_t obstacle, std::int64_t number) const;
+  /// Whether it may set out from this part of the motion to the one before.
+  bool sets_out_at(double part, std::size_t obstacle, std::int64_t number) const;
+  /// Whether all ticks between two are there.
+  bool is_whole(std::int64_t first, std::int64_t last) const;
 
  private:
   struct Rows {
@@ -102,6 +106,7 @@ class HapticRecording {
   using RowsByNumber = std::map<std::pair<std::uint64_t, std::uint64_t>, Rows>;
 
   void read_session();
+  void read_turns();
   void read_tool(const Json& json, const ShapeReader& shapes);
   void read_obstacle(const Json& json, const ShapeReader& shapes);
   void read_waypoints();
@@ -113,6 +118,8 @@ class HapticRecording {
   RowsByNumber read_rows(const char* table, const char* first, const char* count) const;
 
   const Hdf5Reader& file_;
+  bool tells_turns_ = false;
+  std::map<std::pair<std::uint64_t, std::uint64_t>, double> turns_;  // by obstacle and snapshot
   std::vector<std::size_t> first_angle_;  // by tool, and the end of the last one's
   std::size_t deforming_ = 0;
   std::vector<std::uint64_t> waypoint_ticks_, is_start_, snapshots_;

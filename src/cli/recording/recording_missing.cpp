@@ -31,7 +31,8 @@ ExitCode export_recording(const ExportArguments& arguments) {
   refuse(arguments.recording);
 }
 
-std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const HapticRun&) {
+std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file, const HapticRun&,
+                                             HapticSession&) {
   refuse(file);
 }
 

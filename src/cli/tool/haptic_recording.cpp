@@ -15,15 +15,10 @@ namespace {
 
 class Hdf5ToolOutput final : public ToolOutput {
  public:
-  Hdf5ToolOutput(const std::filesystem::path& file, const HapticRun& run)
-      : writer_(file, {run.title, run.text, run.runner.period, ""}, run.scene, run.options,
-                run.tissue) {}
+  Hdf5ToolOutput(const std::filesystem::path& file, const HapticRun& run, HapticSession& session)
+      : writer_(file, {run.title, run.text, run.runner.period, ""}, session, run.tissue) {}
 
   void add(const TickRecord& record) override { writer_.add(record); }
-  void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
-                    Scalar duration) override {
-    writer_.add_snapshot(obstacle, vertices, duration);
-  }
   void finish(const RunnerReport& report) override { writer_.finish(report); }
   void fail(const std::string& error) override { writer_.fail(error); }
   std::size_t bytes_per_tick() const override { return writer_.bytes_per_tick(); }
@@ -126,8 +121,8 @@ void print_json(const HapticRecordingReader& reader, const RecordedSummary& summ
 }  // namespace
 
 std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
-                                             const HapticRun& run) {
-  return std::make_unique<Hdf5ToolOutput>(file, run);
+                                             const HapticRun& run, HapticSession& session) {
+  return std::make_unique<Hdf5ToolOutput>(file, run, session);
 }
 
 std::unique_ptr<LiveTool> make_live_tool(const HapticRun& run, int port) {

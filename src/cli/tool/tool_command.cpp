@@ -117,7 +117,7 @@ struct ToolLinks {
   }
 };
 
-ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
+ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run, HapticSession& session) {
   ToolLinks links;
   const std::vector<HapticTool> tools = run.scene.tools();
   for (std::size_t k = 0; k < arguments.devices.size(); ++k) {
@@ -130,7 +130,9 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   for (const std::string& receiver : arguments.receivers) {
     links.receivers.push_back(std::make_unique<LinkedOutput>(receiver));
   }
-  if (!arguments.recording.empty()) links.recording = make_tool_output(arguments.recording, run);
+  if (!arguments.recording.empty()) {
+    links.recording = make_tool_output(arguments.recording, run, session);
+  }
   if (arguments.is_live) {
     links.live = make_live_tool(run, arguments.live.port);
     std::printf("address: %s\n", links.live->address().c_str());
@@ -139,15 +141,13 @@ ToolLinks open_links(const ToolArguments& arguments, const HapticRun& run) {
   return links;
 }
 
-// With what models answer written into the recording and shown by the page.
-std::vector<TissueFeed> recorded_feeds(const HapticRun& run, const ToolLinks& links) {
+// With what models answer shown by the page.
+std::vector<TissueFeed> shown_feeds(const HapticRun& run, const ToolLinks& links) {
   std::vector<TissueFeed> feeds = run.tissue;
   for (TissueFeed& feed : feeds) {
-    if (!feed.model || (!links.recording && !links.live)) continue;
-    feed.given = [&links, obstacle = feed.obstacle,
-                  period = feed.period](std::span<const Vector3> vertices) {
-      if (links.recording) links.recording->add_snapshot(obstacle, vertices, period);
-      if (links.live) links.live->add_snapshot(obstacle, vertices);
+    if (!feed.model || !links.live) continue;
+    feed.given = [&links, obstacle = feed.obstacle](std::span<const Vector3> vertices) {
+      links.live->add_snapshot(obstacle, vertices);
     };
   }
   return feeds;
@@ -165,7 +165,7 @@ RunnerReport run_recorded(HapticSession& session, const HapticRun& run, Report& 
             devices[k] = links.devices.empty() ? run.device(tick, k) : links.devices[k]->pose();
           }
         },
-        recorded_feeds(run, links),
+        shown_feeds(run, links),
         [&](const TickRecord& record) {
           report.add(record);
           links.send(0, record.tick);
@@ -232,7 +232,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
         std::chrono::duration<Scalar>(arguments.deadline));
   }
   HapticSession session(run.scene, run.options);
-  const ToolLinks links = open_links(arguments, run);
+  const ToolLinks links = open_links(arguments, run, session);
   Report report(run);
   const RunnerReport timing = run_linked(session, run, report, links, interrupt.token());
   report.print();

@@ -74,9 +74,6 @@ class ToolOutput {
   virtual ~ToolOutput() = default;
 
   virtual void add(const TickRecord& record) = 0;
-  /// Of a model of tissue, from its thread, before the snapshot is given.
-  virtual void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices,
-                            Scalar duration) = 0;
   /// Both end the recording; the second with the message of what ended the run.
   virtual void finish(const RunnerReport& report) = 0;
   virtual void fail(const std::string& error) = 0;
@@ -85,7 +82,7 @@ class ToolOutput {
 
 /// A file of docs/formats.md.
 std::unique_ptr<ToolOutput> make_tool_output(const std::filesystem::path& file,
-                                             const HapticRun& run);
+                                             const HapticRun& run, HapticSession& session);
 
 /// A page in the browser that follows a run; see ToolFollower.
 class LiveTool {

@@ -36,6 +36,57 @@ const RecordedSnapshot& RecordedTissue::next(std::size_t obstacle) {
   return source.last;
 }
 
+// Of a snapshot that was taken back the number comes again: the file has what came in its place.
+TissueStep RecordedTissue::step_of(const RecordedTick& tick, std::size_t obstacle) {
+  TissueStep step{obstacle};
+  for (const RecordedInput& input : tick.inputs) {
+    const auto* turn = std::get_if<RecordedTurn>(&input);
+    if (turn && turn->obstacle == obstacle) step.turn = *turn;
+  }
+  for (int n = tick.new_snapshots[obstacle]; n > 0; --n) step.next = &next(obstacle);
+  if (!step.turn || !step.turn->is_given) return step;
+  const Source& source = sources_.at(obstacle);
+  DYOP_REQUIRE(step.turn->snapshot == source.number, "tick ", tick.number, " finds snapshot ",
+               step.turn->snapshot, " of obstacle ", obstacle, ", after ", source.number);
+  step.next = &source.last;
+  return step;
+}
+
+namespace {
+
+void give(const TissueStep& step, HapticSession& session) {
+  if (step.turn) session.replay_turn(step.obstacle, step.turn->from);
+  if (!step.next) return;
+  const auto& [vertices, duration, triangles] = *step.next;
+  if (step.next->is_mesh()) {
+    session.give_mesh(step.obstacle, vertices, triangles);
+  } else {
+    session.give_snapshot(step.obstacle, vertices, duration);
+  }
+}
+
+struct Setter {
+  HapticSession& session;
+
+  void operator()(const RecordedCoupling& input) const {
+    session.set_coupling(input.coupling, input.tool);
+  }
+  void operator()(const RecordedReset& input) const { session.reset(input.pose, input.tool); }
+  void operator()(const RecordedTurn& /*input*/) const {}  // RecordedTissue tells of it
+};
+
+void give_inputs(const RecordedTick& tick, const std::filesystem::path& file,
+                 RecordedTissue& tissue, HapticSession& session) {
+  try {
+    for (const RecordedInput& input : tick.inputs) std::visit(Setter{session}, input);
+    tissue.for_each_step(tick, [&](const TissueStep& step) { give(step, session); });
+  } catch (const InvalidArgument& error) {
+    throw FileError(file, error.what());
+  }
+}
+
+}  // namespace
+
 HapticReplay replay_haptic_recording(
     const std::filesystem::path& file,
     const std::function<void(const RecordedTick& recorded, const HapticTick& tick)>& on_tick) {
@@ -49,15 +100,7 @@ HapticReplay replay_haptic_recording(
       throw FileError(file, core_internal::compose_message("lacks tick ", replay.ticks,
                                                            ": the log was too slow for the run"));
     }
-    for (std::size_t k = 0; k < recorded.new_snapshots.size(); ++k) {
-      if (recorded.new_snapshots[k] == 0) continue;
-      const RecordedSnapshot& snapshot = tissue.next(k);
-      if (snapshot.is_mesh()) {
-        session.give_mesh(k, snapshot.vertices, snapshot.triangles);
-      } else {
-        session.give_snapshot(k, snapshot.vertices, snapshot.duration);
-      }
-    }
+    give_inputs(recorded, file, tissue, session);
     std::vector<DevicePose> devices{recorded.device};
     for (const RecordedTool& other : recorded.others) devices.push_back(other.device);
     const auto ticks = session.replay(devices, recorded.dt, recorded.cutoff);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <map>
 #include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/io/haptic_recording.h"
+#include "io/record/haptic_inputs.h"
 #include "io/record/recording_input.h"
 #include "io/record/tick_row.h"
 
@@ -39,6 +41,7 @@ struct HapticRecordingReader::Impl {
       read_ticks();
       read_snapshots();
       if (file.integer_attribute("version") >= 2) read_meshes();
+      if (file.integer_attribute("version") >= 6) read_inputs();
       read_end();
     });
   }
@@ -51,6 +54,8 @@ struct HapticRecordingReader::Impl {
   void read_ticks();
   void read_snapshots();
   void read_meshes();
+  void read_inputs();
+  void add_inputs(RecordedTick& tick) const;
   void read_end();
 
   Hdf5File file;
@@ -63,6 +68,7 @@ struct HapticRecordingReader::Impl {
   RowsByNumber<io_internal::MeshRow> meshes;
   std::optional<InputRows<std::array<double, 3>>> snapshot_vertices;
   std::optional<InputRows<std::array<std::int32_t, 3>>> snapshot_triangles;
+  std::vector<io_internal::TimedInput> inputs;  // in the order of ticks
   std::optional<HapticRunEnd> end;
 
   TickRow row() const { return TickRow({session.scene, file.integer_attribute("version")}); }
@@ -109,6 +115,22 @@ void HapticRecordingReader::Impl::read_meshes() {
   snapshot_triangles.emplace(file, "snapshot_triangles", H5T_NATIVE_INT32, 3);
 }
 
+// After the ticks, before which the writer flushes them.
+void HapticRecordingReader::Impl::read_inputs() {
+  for (const Json& line : io_internal::json_lines(text("inputs"))) {
+    inputs.push_back(io_internal::input_from(line, session.scene));
+  }
+  DYOP_REQUIRE(std::ranges::is_sorted(inputs, {}, &io_internal::TimedInput::first),
+               "the inputs are not in the order of their ticks");
+}
+
+void HapticRecordingReader::Impl::add_inputs(RecordedTick& tick) const {
+  auto next = std::ranges::lower_bound(inputs, tick.number, {}, &io_internal::TimedInput::first);
+  for (; next != inputs.end() && next->first == tick.number; ++next) {
+    tick.inputs.push_back(next->second);
+  }
+}
+
 void HapticRecordingReader::Impl::read_end() {
   const std::string words = text("end");
   if (words.empty()) return;
@@ -133,6 +155,7 @@ std::vector<RecordedTick> HapticRecordingReader::Impl::ticks_as_stored(std::int6
     stored.read_from(bytes.data() + k * size);
     result.push_back(io_internal::guard_content(
         file.path(), [&] { return io_internal::tick_from(stored, session.scene); }));
+    add_inputs(result.back());
   }
   return result;
 }

@@ -401,6 +401,8 @@ Vector3 axes_from(const Json& json) {
   return {json.at(0).get<Scalar>(), json.at(1).get<Scalar>(), json.at(2).get<Scalar>()};
 }
 
+}  // namespace
+
 Json springs_json(const CouplingOptions& springs) {
   return {{"stiffness", axes_json(springs.stiffness)},
           {"damping", axes_json(springs.damping)},
@@ -408,11 +410,13 @@ Json springs_json(const CouplingOptions& springs) {
           {"rotational_damping", axes_json(springs.rotational_damping)},
           {"largest_force", limit_json(springs.largest_force)},
           {"largest_torque", limit_json(springs.largest_torque)},
-          {"device_damping", springs.device_damping},
-          {"device_rotational_damping", springs.device_rotational_damping},
+          {"device_damping", limit_json(springs.device_damping)},
+          {"device_rotational_damping", limit_json(springs.device_rotational_damping)},
           {"period", springs.period},
           {"bounds_energy", springs.bounds_energy}};
 }
+
+namespace {
 
 Json options_json(const HapticOptions& options) {
   Json json = springs_json(options.coupling);
@@ -428,6 +432,8 @@ Json options_json(const HapticOptions& options) {
   return json;
 }
 
+}  // namespace
+
 CouplingOptions springs_from(const Json& json) {
   CouplingOptions springs;
   springs.stiffness = axes_from(json.at("stiffness"));
@@ -436,12 +442,14 @@ CouplingOptions springs_from(const Json& json) {
   springs.rotational_damping = axes_from(json.at("rotational_damping"));
   springs.largest_force = limit_from(json.at("largest_force"));
   springs.largest_torque = limit_from(json.at("largest_torque"));
-  springs.device_damping = json.at("device_damping").get<Scalar>();
-  springs.device_rotational_damping = json.at("device_rotational_damping").get<Scalar>();
+  springs.device_damping = limit_from(json.at("device_damping"));
+  springs.device_rotational_damping = limit_from(json.at("device_rotational_damping"));
   springs.period = json.at("period").get<Scalar>();
   springs.bounds_energy = json.at("bounds_energy").get<bool>();
   return springs;
 }
+
+namespace {
 
 HapticOptions options_from(const Json& json) {
   HapticOptions options;

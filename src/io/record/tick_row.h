@@ -18,8 +18,9 @@ namespace dyop::io_internal {
 
 /// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was
 /// stopped in a tick: before, `tissue_lag` was its sum; version 4 further tools; version 5 the
-/// motions within a tick, so that dyop-check can prove them. Readers of it read 1 to 4.
-constexpr std::int64_t kToolRecordingVersion = 5;
+/// motions within a tick, so that dyop-check can prove them; version 6 all other inputs. Readers of
+/// it read 1 to 5.
+constexpr std::int64_t kToolRecordingVersion = 6;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.
@@ -168,6 +169,9 @@ inline std::uint64_t joined_digest(std::uint64_t before, std::uint64_t last) {
 inline bool deforms(const ToolObstacle& obstacle) {
   return obstacle.shape == nullptr;
 }
+
+Json springs_json(const CouplingOptions& springs);
+CouplingOptions springs_from(const Json& json);
 
 struct SessionText {
   std::string json;

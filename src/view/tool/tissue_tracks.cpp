@@ -13,13 +13,15 @@ TissueTracks::TissueTracks(const HapticRecordingReader& reader, const std::files
     : scene_(reader.scene()),
       bodies_(bodies),
       tolerance_(tolerance),
-      shown_(reader.scene().obstacles.size()) {
+      shown_(reader.scene().obstacles.size()),
+      given_(shown_.size()) {
   RecordedTissue tissue(reader, file);
   Scalar t = 0;
   reader.for_each_tick([&](const RecordedTick& tick) {
-    for (std::size_t k = 0; k < shown_.size(); ++k) {
-      if (tick.new_snapshots[k] > 0) add(k, t, tissue.next(k));
-    }
+    tissue.for_each_step(tick, [&](const TissueStep& step) {
+      if (step.turn) turn(t, *step.turn);
+      if (step.next) add(step.obstacle, t, *step.next);
+    });
     t += tick.time_passed();
     delay(tick.tissue_stopped, t);
   });
@@ -49,6 +51,7 @@ TissueTracks::Track TissueTracks::start(std::size_t obstacle, Scalar t,
 // does another mesh.
 void TissueTracks::add(std::size_t obstacle, Scalar t, const RecordedSnapshot& snapshot) {
   std::optional<std::size_t>& shown = shown_[obstacle];
+  ++given_[obstacle];
   if (snapshot.is_mesh()) {
     const Scalar begin = shown ? std::max(t, tracks_[*shown].times.back()) : t;
     tracks_.push_back(start(obstacle, begin, &snapshot));
@@ -61,12 +64,48 @@ void TissueTracks::add(std::size_t obstacle, Scalar t, const RecordedSnapshot& s
     shown = tracks_.size() - 1;
   }
   Track& track = tracks_[*shown];
-  if (track.times.back() < t) {
-    track.times.push_back(t);
-    track.weights.push_back(std::vector<Scalar>(track.weights.back()));
+  const std::size_t keyframes = track.times.size();
+  const std::vector<Scalar> start_weights = track.weights.back();
+  if (track.times.back() < t) track.add_keyframe(t, start_weights);
+  track.add_keyframe(track.times.back() + snapshot.duration, track.modes.add(snapshot.vertices));
+  track.motions.push_back({keyframes, snapshot.duration, start_weights, track.weights.back()});
+}
+
+// Found at time t: what had been given for that number is not, and the motion before ends early.
+void TissueTracks::turn(Scalar t, const RecordedTurn& turn) {
+  const std::optional<std::size_t>& shown = shown_[turn.obstacle];
+  if (!shown) return;
+  Track& track = tracks_[*shown];
+  if (given_[turn.obstacle] >= turn.snapshot) {
+    --given_[turn.obstacle];
+    track.take_back();
   }
-  track.times.push_back(track.times.back() + snapshot.duration);
-  track.weights.push_back(track.modes.add(snapshot.vertices));
+  track.end_motion(turn.from, t);
+}
+
+void TissueTracks::Track::take_back() {
+  if (motions.empty()) return;
+  remove_keyframes(motions.back().keyframes);
+  motions.pop_back();
+}
+
+void TissueTracks::Track::end_motion(Scalar part, Scalar t) {
+  if (motions.empty() || motions.back().end == part) return;
+  Motion& motion = motions.back();
+  Scalar then = times.back();
+  if (motion.end < 1 && then < t) {  // it has stood there
+    add_keyframe(t, std::vector<Scalar>(weights.back()));
+    then = t;
+  } else {
+    remove_keyframes(times.size() - 1);
+  }
+  motion.start.resize(motion.goal.size());
+  std::vector<Scalar> place(motion.start);
+  for (std::size_t k = 0; k < place.size(); ++k) {
+    place[k] += part * (motion.goal[k] - motion.start[k]);
+  }
+  add_keyframe(then + (part - motion.end) * motion.duration, place);
+  motion.end = part;
 }
 
 // Tissue was stopped before time t: it arrives later.

@@ -61,6 +61,14 @@ class TissueTracks {
   const std::vector<TissueSwap>& swaps() const { return swaps_; }
 
  private:
+  // From one snapshot to the next.
+  struct Motion {
+    std::size_t keyframes;  // before it
+    Scalar duration;        // to its goal
+    std::vector<Scalar> start;
+    std::vector<Scalar> goal;
+    Scalar end = 1;  // part of the way at which it ends
+  };
   // One mesh, and how it deforms.
   struct Track {
     BodyId body;
@@ -69,10 +77,23 @@ class TissueTracks {
     TissueModes modes;
     std::vector<Scalar> times;
     std::vector<std::vector<Scalar>> weights;
+    std::vector<Motion> motions = {};
+
+    void add_keyframe(Scalar t, const std::vector<Scalar>& at) {
+      times.push_back(t);
+      weights.push_back(at);
+    }
+    void remove_keyframes(std::size_t left) {
+      times.resize(left);
+      weights.resize(left);
+    }
+    void take_back();
+    void end_motion(Scalar part, Scalar t);
   };
 
   Track start(std::size_t obstacle, Scalar t, const RecordedSnapshot* mesh);
   void add(std::size_t obstacle, Scalar t, const RecordedSnapshot& snapshot);
+  void turn(Scalar t, const RecordedTurn& turn);
   void delay(Scalar by, Scalar t);
 
   const HapticScene& scene_;
@@ -80,6 +101,7 @@ class TissueTracks {
   const Scalar tolerance_;
   std::vector<Track> tracks_;
   std::vector<std::optional<std::size_t>> shown_;  // per obstacle: its last track
+  std::vector<std::int64_t> given_;                // per obstacle, without what was taken back
   std::size_t mesh_count_ = 0;
   std::vector<TissueSwap> swaps_;
 };

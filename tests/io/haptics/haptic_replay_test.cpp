@@ -27,19 +27,6 @@ struct ReplayCase {
   bool has_formula = true;
 };
 
-// What a feed without a formula gives goes into the recording.
-void store_shapes(TissueFeed& feed, HapticRecordingWriter& writer) {
-  feed.shape = [&, shape = feed.shape](std::int64_t number, std::span<Vector3> vertices) {
-    shape(number, vertices);
-    writer.add_snapshot(feed.obstacle, vertices, feed.period);
-  };
-  feed.cut = [&, cut = feed.cut](std::int64_t number) {
-    auto mesh = cut(number);
-    if (mesh) writer.add_mesh(feed.obstacle, mesh->vertices, mesh->triangles);
-    return mesh;
-  };
-}
-
 // Runs the small scene and records it; the deadline cuts many ticks off.
 void record_small_run(const fs::path& file, const ReplayCase& how,
                       const std::function<void(TickRecord&)>& change = {}) {
@@ -51,9 +38,8 @@ void record_small_run(const fs::path& file, const ReplayCase& how,
   run.runner.period = 1 / how.rate;
   run.runner.deadline = std::chrono::microseconds(40);
   HapticSession session(run.scene, run.options);
-  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
-                               run.options, run.tissue);
-  if (!how.has_formula) store_shapes(run.tissue[0], writer);
+  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, session,
+                               run.tissue);
   const RunnerReport report = run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,
       [&](const TickRecord& record) {
@@ -107,11 +93,8 @@ TEST(HapticReplay, GivesBackWhatTissueAnswered) {
   run.runner.ticks = 400;
   run.runner.is_paced = false;
   HapticSession session(run.scene, run.options);
-  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, run.scene,
-                               run.options, run.tissue);
-  run.tissue[0].given = [&](std::span<const Vector3> vertices) {
-    writer.add_snapshot(0, vertices, run.tissue[0].period);
-  };
+  HapticRecordingWriter writer(file, {run.title, run.text, run.runner.period, ""}, session,
+                               run.tissue);
   Scalar largest_force = 0;
   writer.finish(run_session(
       session, [&](std::int64_t tick) { return run.device(tick); }, run.tissue,

@@ -80,7 +80,7 @@ class Soak {
   Soak(const char* file, std::uint64_t seed, std::int64_t deadline_us, std::int64_t first)
       : run_(load_haptic_run(file)),
         session_(run_.scene, run_.options),
-        writer_(recording(), {}, run_.scene, run_.options),
+        writer_(recording(), {}, session_),
         between_(run_.scene, run_.options),
         jumps_(session_.tool_count()),
         random_(seed),
@@ -153,7 +153,6 @@ void Soak::give_snapshot(Feed& feed) {
     feed.tissue.shape(feed.number + 1, feed.whole);
     std::vector<Vector3> next = feed.cuts.gather(feed.whole);
     if (!session_.give_snapshot(obstacle, next, feed.tissue.period)) return;
-    writer_.add_snapshot(obstacle, next, feed.tissue.period);
     for (TickCheck& check : checks_) check.tissue(obstacle).give(next, feed.tissue.period);
   }
   ++feed.number;
@@ -179,7 +178,6 @@ bool Soak::give_mesh(Feed& feed) {
   }
   const std::size_t obstacle = feed.tissue.obstacle;
   if (!session_.give_mesh(obstacle, next, feed.cuts.triangles())) return false;
-  writer_.add_mesh(obstacle, next, feed.cuts.triangles());
   for (TickCheck& check : checks_) {
     check.tissue(obstacle).give_mesh(next, feed.cuts.triangles());
   }

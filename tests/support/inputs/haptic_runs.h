@@ -55,7 +55,7 @@ inline std::vector<HapticTick> record_heaving_run(const std::filesystem::path& f
   HapticOptions options = haptic_options();
   options.max_work = kHeavingWork;
   HapticSession session(scene, options);
-  HapticRecordingWriter writer(file, {"heaving", "", 1e-3, ""}, scene, options);
+  HapticRecordingWriter writer(file, {"heaving", "", 1e-3, ""}, session);
   std::vector<HapticTick> run;
   for (int k = 0; k < count; ++k) {
     if (k % 13 == 5) {
@@ -65,11 +65,10 @@ inline std::vector<HapticTick> record_heaving_run(const std::filesystem::path& f
         vertices = session.tissue_vertices(0);
         // More vertices than before, which nothing uses.
         vertices.push_back(Vector3::Zero());
-        const auto triangles = cut_triangles(scene);
-        if (session.give_mesh(0, vertices, triangles)) writer.add_mesh(0, vertices, triangles);
+        session.give_mesh(0, vertices, cut_triangles(scene));
       } else {
         vertices.resize(session.tissue_vertices(0).size(), Vector3(1, 2, 3));
-        if (session.give_snapshot(0, vertices, 0.01)) writer.add_snapshot(0, vertices, 0.01);
+        session.give_snapshot(0, vertices, 0.01);
       }
     }
     TickRecord record{k, heaving_device(k), k % 50 == 20 ? 2e-3 : 1e-3, {}};
@@ -104,7 +103,7 @@ inline std::vector<std::vector<HapticTick>> record_two(const std::filesystem::pa
   const HapticScene scene = scene_of_two();
   const HapticOptions options = haptic_options();
   HapticSession session(scene, options);
-  HapticRecordingWriter writer(file, {"two", "", 1e-3, ""}, scene, options);
+  HapticRecordingWriter writer(file, {"two", "", 1e-3, ""}, session);
   std::vector<std::vector<HapticTick>> run;
   for (int k = 0; k < count; ++k) {
     std::array<DevicePose, 2> devices{heaving_device(k), heaving_device(k)};
