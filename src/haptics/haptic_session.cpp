@@ -638,19 +638,22 @@ void HapticSession::replay_turn(std::size_t obstacle, Scalar end) {
   deforming(*state_, obstacle).replay_turn(end);
 }
 
+bool HapticSession::is_fresh() const {
+  const auto is_fresh = [](const auto& obstacle) {
+    const auto* tissue = dynamic_cast<const DeformingObstacle*>(obstacle.get());
+    return !tissue || tissue->is_fresh();
+  };
+  return state_->is_fresh && std::ranges::all_of(state_->obstacles(), is_fresh);
+}
+
 void HapticSession::observe(std::shared_ptr<HapticObserver> observer) {
-  std::vector<std::pair<std::size_t, DeformingObstacle*>> tissue;
-  for (std::size_t k = 0; k < state_->obstacles().size(); ++k) {
-    auto* one = dynamic_cast<DeformingObstacle*>(state_->obstacles()[k].get());
-    if (one) tissue.emplace_back(k, one);
-  }
-  const bool is_fresh = state_->is_fresh && std::ranges::all_of(tissue, [](const auto& entry) {
-                          return entry.second->is_fresh();
-                        });
-  DYOP_REQUIRE(!observer || is_fresh, "HapticSession: ",
-               "it can be observed from its start only: before ticks and inputs");
+  DYOP_REQUIRE(!observer || is_fresh(), "HapticSession: ",
+               "it can be observed from its start only, before ticks and inputs");
   state_->observer = std::move(observer);
-  for (const auto& [number, one] : tissue) one->observe(state_->observer.get(), number);
+  for (std::size_t k = 0; k < state_->obstacles().size(); ++k) {
+    auto* tissue = dynamic_cast<DeformingObstacle*>(state_->obstacles()[k].get());
+    if (tissue) tissue->observe(state_->observer.get(), k);
+  }
 }
 
 const std::shared_ptr<HapticObserver>& HapticSession::observer() const {

@@ -134,9 +134,11 @@ class HapticSession {
   /// @throws InvalidArgument if the obstacle does not deform, or is farther already, or end > 1.
   void replay_turn(std::size_t obstacle, Scalar end);
 
+  /// It has run no tick and been given nothing.
+  bool is_fresh() const;
   /// Tells an observer, which may be null, of all that comes, in place of the one before. While no
   /// other thread uses the session.
-  /// @throws InvalidArgument if it is not null and the session has been given anything before.
+  /// @throws InvalidArgument if it is not null and the session is not fresh.
   void observe(std::shared_ptr<HapticObserver> observer);
   const std::shared_ptr<HapticObserver>& observer() const;
 

@@ -127,8 +127,9 @@ class HapticRecordingWriter {
   HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
                         const HapticScene& scene, const HapticOptions& options,
                         std::span<const TissueFeed> tissue = {});
-  /// The same of a session that has not been given anything yet, and observes it: all of its inputs
-  /// are recorded, and only its ticks must be added, from any one thread.
+  /// The same of a fresh session, and observes it: all of its inputs are recorded, and only its
+  /// ticks must be added, from any one thread. See also record_session().
+  /// @throws InvalidArgument also if the session is not fresh or has an observer.
   HapticRecordingWriter(const std::filesystem::path& file, const HapticRunHeader& header,
                         HapticSession& session, std::span<const TissueFeed> tissue = {});
   /// Without finish(): as if the process were killed now.
@@ -152,6 +153,9 @@ class HapticRecordingWriter {
   /// @throws InvalidArgument if it has seen a snapshot that was not added, or an obstacle with a
   ///         formula was retargeted.
   void add(const TickRecord& record);
+
+  /// Takes inputs, when it is told of them as an observer of the session; of ticks their count.
+  std::shared_ptr<HapticObserver> observer() const;
 
   /// Writes how the run ended, and closes the file.
   void finish(const RunnerReport& report);

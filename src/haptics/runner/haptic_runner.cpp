@@ -13,40 +13,9 @@
 #include <vector>
 
 #include "dyop/core/error.h"
+#include "haptics/runner/record_ring.h"
 
 namespace dyop::haptics_internal {
-
-/// Hands ticks from one thread to another without waiting and, once its slots have grown, without
-/// allocating.
-class RecordRing {
- public:
-  explicit RecordRing(std::size_t size) : places_(size) {}
-
-  /// For the writer: a slot to fill and then push(), or null if all slots wait to be read.
-  TickRecord* free_place() {
-    const std::size_t next = given_.load(std::memory_order_relaxed);
-    if (next - taken_.load(std::memory_order_acquire) >= places_.size()) return nullptr;
-    return &places_[next % places_.size()];
-  }
-  void push() {
-    given_.store(given_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
-  }
-
-  /// For the reader: the oldest tick, to be read before pop(), or null.
-  const TickRecord* front() const {
-    const std::size_t next = taken_.load(std::memory_order_relaxed);
-    if (next == given_.load(std::memory_order_acquire)) return nullptr;
-    return &places_[next % places_.size()];
-  }
-  void pop() {
-    taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
-  }
-
- private:
-  std::vector<TickRecord> places_;
-  std::atomic<std::size_t> given_{0};
-  std::atomic<std::size_t> taken_{0};
-};
 
 /// Gives the calling thread real-time priority and locks the process's memory, where the system
 /// allows it, until destroyed.
@@ -74,12 +43,6 @@ namespace dyop {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// Ticks that the log may be behind: two seconds at 1 kHz.
-constexpr std::size_t kWaitingTicks = 2048;
-
-// How often the threads beside the loop look for work.
-constexpr std::chrono::microseconds kIdle{500};
 
 // Carries the news of ticks to a model in another thread. The loop never waits: while the model
 // reads, news are kept for the next tick.
@@ -222,7 +185,7 @@ class Worker {
           try {
             while (!stop.stop_requested()) {
               work();
-              std::this_thread::sleep_for(kIdle);
+              std::this_thread::sleep_for(haptics_internal::kIdle);
             }
             work();
           } catch (...) {
@@ -259,15 +222,7 @@ struct Loop {
     HapticSession::Deadline deadline;
     if (options.deadline) deadline = Clock::now() + *options.deadline;
     const auto ticks = session.update(devices, options.period, deadline);
-    record.number = number;
-    record.dt = options.period;
-    record.device = devices[0];
-    record.tick = ticks[0];
-    record.others.resize(devices.size() - 1);
-    for (std::size_t k = 0; k < record.others.size(); ++k) {
-      record.others[k].device = devices[k + 1];
-      record.others[k].tick = ticks[k + 1];
-    }
+    haptics_internal::put_record(number, devices, options.period, ticks, record);
     report.latency.add(record.tick.latency);
     ++report.ticks;
     for (Feeder& feeder : feeders) feeder.tell(record);
@@ -286,7 +241,7 @@ void run_unpaced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
 
 void run_paced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
                const std::stop_token& stop) {
-  haptics_internal::RecordRing ring(kWaitingTicks);
+  haptics_internal::RecordRing ring(haptics_internal::kWaitingTicks);
   Worker tissue([&] {
     for (Feeder& feeder : loop.feeders) feeder.offer();
   });

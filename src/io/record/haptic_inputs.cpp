@@ -47,6 +47,13 @@ ToolPose tool_pose_from(const Json& json) {
 
 }  // namespace
 
+HapticSession& recordable(HapticSession& session) {
+  DYOP_REQUIRE(session.is_fresh(), "HapticSession: ",
+               "it can be recorded from its start only, before ticks and inputs");
+  DYOP_REQUIRE(!session.observer(), "HapticSession: ", "it is recorded or observed already");
+  return session;
+}
+
 Json input_json(const TimedInput& input) {
   Json json{{"tick", input.first}};
   std::visit(InputToJson{json}, input.second);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "dyop/haptics/haptic_observer.h"
+#include "dyop/haptics/haptic_session.h"
 #include "dyop/io/haptic_recording.h"
 #include "io/record/recording_rows.h"
 
@@ -17,6 +18,10 @@ namespace dyop::io_internal {
 
 /// An input, and the tick that comes after it: a line of /inputs.
 using TimedInput = std::pair<std::int64_t, RecordedInput>;
+
+/// The session.
+/// @throws InvalidArgument if it is too late to record it, before there is a file.
+HapticSession& recordable(HapticSession& session);
 
 Json input_json(const TimedInput& input);
 /// @throws InvalidArgument or an exception of nlohmann unless it is an input of such a scene.

@@ -213,7 +213,8 @@ HapticRecordingWriter::HapticRecordingWriter(const std::filesystem::path& file,
 HapticRecordingWriter::HapticRecordingWriter(const std::filesystem::path& file,
                                              const HapticRunHeader& header, HapticSession& session,
                                              std::span<const TissueFeed> tissue)
-    : HapticRecordingWriter(file, header, session.scene(), session.options(), tissue) {
+    : HapticRecordingWriter(file, header, io_internal::recordable(session).scene(),
+                            session.options(), tissue) {
   impl_->is_observing = true;
   session.observe(impl_->inputs);
 }
@@ -248,6 +249,10 @@ void HapticRecordingWriter::add(const TickRecord& record) {
   impl_->write_inputs(record);
   impl_->row.append_to(impl_->waiting);
   if (++impl_->waiting_ticks >= impl_->flush_ticks) impl_->flush();
+}
+
+std::shared_ptr<HapticObserver> HapticRecordingWriter::observer() const {
+  return impl_->inputs;
 }
 
 void HapticRecordingWriter::finish(const RunnerReport& report) {
