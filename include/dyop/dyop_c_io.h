@@ -77,6 +77,15 @@ DYOP_C_API dyop_status dyop_world_load(dyop_context* context, const char* file, 
 /* The session of a scene of a haptic tool (docs/formats.md). */
 DYOP_C_API dyop_status dyop_haptic_session_load(dyop_context* context, const char* file,
                                                 dyop_haptic_session* session);
+/* Records all that a session is given and all of its ticks in a file (docs/formats.md), from its
+ * start, so before it is given anything. `waits`: 1: where the file is 2048 ticks behind, a tick
+ * waits for it; 0: it is left out. Stop it before the session is released, and from the thread of
+ * the ticks; it says whether everything could be written. */
+DYOP_C_API dyop_status dyop_haptic_session_record(dyop_context* context,
+                                                  dyop_haptic_session session, const char* file,
+                                                  int32_t waits);
+DYOP_C_API dyop_status dyop_haptic_session_stop_recording(dyop_context* context,
+                                                          dyop_haptic_session session);
 
 #ifdef __cplusplus
 }

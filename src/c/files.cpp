@@ -6,6 +6,9 @@
 #include "c/convert.h"
 #include "dyop/dyop_c_io.h"
 #include "dyop/io/file_error.h"
+#ifdef DYOP_HAS_RECORDING
+#include "dyop/io/haptic_recorder.h"
+#endif
 #include "dyop/io/haptic_scene_file.h"
 #include "dyop/io/mesh_file.h"
 #include "dyop/io/motion_file.h"
@@ -27,17 +30,48 @@ std::filesystem::path path_from(const char* name, const char* what) {
   return std::filesystem::path(reinterpret_cast<const char8_t*>(given));
 }
 
-// guard() for a call that reads a file.
+// guard() for a call that uses files.
 template <typename Call>
-dyop_status read_file(dyop_context* context, const char* file, const Call& call) {
+dyop_status use_files(dyop_context* context, const Call& call) {
   return guard(context, [&] {
     try {
-      call(path_from(file, "file"));
+      call();
     } catch (const FileError& error) {
       throw FileFailure(error.what());
     }
   });
 }
+
+template <typename Call>
+dyop_status read_file(dyop_context* context, const char* file, const Call& call) {
+  return use_files(context, [&] { call(path_from(file, "file")); });
+}
+
+#ifdef DYOP_HAS_RECORDING
+
+void start_recording(HapticSession& session, const std::filesystem::path& file, bool waits) {
+  record_session(session, file, {}, waits);
+}
+
+void stop_recording(HapticSession& session) {
+  const auto recorder = std::dynamic_pointer_cast<HapticRecorder>(session.observer());
+  DYOP_REQUIRE(recorder, "the session is not recorded");
+  session.observe(nullptr);
+  recorder->finish();
+}
+
+#else
+
+void start_recording(HapticSession& /*session*/, const std::filesystem::path& file,
+                     bool /*waits*/) {
+  throw FileError(file, "cannot be written: this library was built without HDF5");
+}
+
+void stop_recording(HapticSession& /*session*/) {
+  throw InvalidArgument("the session is not recorded");
+}
+
+#endif
 
 RobotFileOptions options_from(const dyop_robot_file_options* given) {
   const auto c = read_struct<dyop_robot_file_options>(given, DYOP_ROBOT_FILE_OPTIONS_INIT,
@@ -67,6 +101,7 @@ std::shared_ptr<ObstacleObject> object_of(ObstacleSet set) {
 
 using dyop::c::read_file;
 using dyop::c::require_given;
+using dyop::c::use_files;
 using Path = std::filesystem::path;
 
 dyop_status dyop_mesh_load(dyop_context* context, const char* file, double scale,
@@ -169,4 +204,15 @@ dyop_status dyop_haptic_session_load(dyop_context* context, const char* file,
     const dyop::HapticRun run = dyop::load_haptic_run(path);
     context->add<dyop::HapticSession>(context->haptic_sessions, session, run.scene, run.options);
   });
+}
+
+dyop_status dyop_haptic_session_record(dyop_context* context, dyop_haptic_session session,
+                                       const char* file, int32_t waits) {
+  return read_file(context, file, [&](const Path& path) {
+    dyop::c::start_recording(*context->haptic_session(session), path, waits != 0);
+  });
+}
+
+dyop_status dyop_haptic_session_stop_recording(dyop_context* context, dyop_haptic_session session) {
+  return use_files(context, [&] { dyop::c::stop_recording(*context->haptic_session(session)); });
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 
 /* Reads every kind of file through the C interface. Writes the files into the folder it runs in;
- * its arguments are a scene and a scene of a haptic tool. Returns 1 if a check fails. */
+ * its arguments are a scene, a scene of a haptic tool, and a recording to make, if it can be.
+ * Returns 1 if a check fails. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -145,14 +146,61 @@ static int check_scenes(dyop_context* context, const char* scene, const char* to
   return 0;
 }
 
+/* The recording stays for the tests that replay and check it. Without HDF5 there is none. */
+static int check_recording(dyop_context* context, const char* file) {
+  const double plate[12] = {-9, -9, 0, 9, -9, 0, 9, 9, 0, -9, 9, 0};
+  const double raised[12] = {-9, -9, 0.1, 9, -9, 0.1, 9, 9, 0.1, -9, 9, 0.1};
+  const int32_t halves[6] = {0, 1, 2, 0, 2, 3};
+  dyop_tool_part part = DYOP_TOOL_PART_INIT;
+  dyop_tool_obstacle tissue = DYOP_TOOL_OBSTACLE_INIT;
+  dyop_haptic_options options = DYOP_HAPTIC_OPTIONS_INIT;
+  dyop_haptic_session session;
+  dyop_device_pose device = {{{0, 0, 3}, {1, 0, 0, 0}}, {0, 0, 0, 0}};
+  dyop_haptic_tick tick = {sizeof(dyop_haptic_tick)};
+  int32_t is_taken = 0;
+  int i;
+  CHECK(dyop_sphere_create(context, 1, &part.shape) == DYOP_OK);
+  CHECK(dyop_mesh_create(context, plate, 4, halves, 2, &tissue.shape) == DYOP_OK);
+  tissue.is_deforming = 1;
+  options.rest_offset = 0.01;
+  options.recovery_speed = 1;
+  for (i = 0; i < 3; ++i) {
+    options.coupling.stiffness[i] = 100;
+    options.coupling.rotational_stiffness[i] = 100;
+  }
+  CHECK(dyop_haptic_session_create(context, &part, 1, NULL, 0, &tissue, 1, &device.pose, &options,
+                                   &session) == DYOP_OK);
+  CHECK(dyop_haptic_session_stop_recording(context, session) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_haptic_session_record(context, session, NULL, 1) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_haptic_session_record(context, session, "none/run.h5", 1) == DYOP_FILE_ERROR);
+  CHECK(dyop_haptic_session_record(context, session, file, 1) == DYOP_OK);
+  CHECK(dyop_haptic_session_record(context, session, file, 1) == DYOP_INVALID_ARGUMENT);
+  for (i = 0; i < 300; ++i) {
+    device.pose.position[2] = fmax(0.5, 3 - 0.05 * (i % 150));
+    if (i == 90) {
+      CHECK(dyop_haptic_give_snapshot(context, session, 0, raised, 4, 0.1, &is_taken) == DYOP_OK);
+    }
+    options.coupling.stiffness[2] = 50;
+    if (i == 120) CHECK(dyop_haptic_set_coupling(context, session, &options.coupling) == DYOP_OK);
+    if (i == 150) CHECK(dyop_haptic_reset(context, session, &device) == DYOP_OK);
+    CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  }
+  CHECK(dyop_haptic_session_stop_recording(context, session) == DYOP_OK);
+  CHECK(dyop_haptic_session_stop_recording(context, session) == DYOP_INVALID_ARGUMENT);
+  CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  CHECK(dyop_haptic_session_record(context, session, file, 1) == DYOP_INVALID_ARGUMENT);
+  return 0;
+}
+
 int main(int argc, char** argv) {
   dyop_context* context = NULL;
   int failed;
-  CHECK(argc == 3);
+  CHECK(argc == 3 || argc == 4);
   CHECK(dyop_context_create(NULL, &context) == DYOP_OK);
   failed = check_shapes(context);
   if (!failed) failed = check_robot(context);
   if (!failed) failed = check_scenes(context, argv[1], argv[2]);
+  if (!failed && argc == 4) failed = check_recording(context, argv[3]);
   dyop_context_destroy(context);
   return failed != 0;
 }

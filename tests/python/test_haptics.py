@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The haptic loop from Python."""
 
+import os
 import pickle
+import subprocess
 import threading
 import time
 
@@ -223,3 +225,81 @@ def test_two_tools_push_each_other_with_one_force():
     record = runner.read_ticks()[-1]
     assert record.others[0].tick.tool.X_WT.translation == pytest.approx([9, 1, 0])
     assert record.others[0].device.p_WD == pytest.approx([9, 1, 0])
+
+
+# --- recordings ---------------------------------------------------------------------------------
+
+COMMAND = os.environ.get("DYOP_COMMAND")
+needs_recording = pytest.mark.skipif(
+    not hasattr(haptics.HapticSession, "record") or not COMMAND, reason="built without HDF5 or cli"
+)
+
+
+def command(*words):
+    return subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True)
+
+
+def assert_is_complete(file, ticks):
+    replay = command("tool", file, "--replay")
+    assert f"{ticks} ticks, 0 different" in replay.stdout, replay.stdout + replay.stderr
+    proof = command("check", file)
+    assert proof.returncode == 0, proof.stdout + proof.stderr
+
+
+@needs_recording
+def test_a_loop_of_ones_own_is_recorded_with_all_its_inputs(tmp_path):
+    file = tmp_path / "run.h5"
+    session = make_session()
+    softer = haptics.CouplingOptions(stiffness=[0.5] * 3, rotational_stiffness=[100] * 3)
+    with session.record(file, title="pressing") as recording:
+        session.give_snapshot(0, VERTICES + [0, 0, 1.0], 0.05)
+        press(session, 0.5, 20)
+        assert session.retarget(0, VERTICES - [0, 0, 0.5], 0.02)
+        press(session, 0.5, 40)
+        session.set_coupling(softer)
+        session.reset(haptics.ToolPose(X_WT=dyop.RigidPose(position=(1, 0, 6))))
+        session.give_mesh(0, VERTICES[:30], TRIANGLES[(TRIANGLES < 30).all(axis=1)])
+        session.replay((UP, [0, 0, np.nan]), 1e-3)
+        session.update_all([(UP, [0, 0, 5])], 1e-3)
+        press(session, 0.5, 40)
+    assert recording.unlogged == 0
+    press(session, 0.5, 3)  # not recorded
+    assert_is_complete(file, 102)
+    assert "pressing" in command("info", file).stdout
+    recording.stop()  # once more changes nothing
+
+
+@needs_recording
+@pytest.mark.parametrize("is_paced", [False, True])
+def test_a_runner_is_recorded(tmp_path, is_paced):
+    file = tmp_path / "run.h5"
+    session = make_session()
+    options = haptics.RunnerOptions(ticks=300, period=1e-3, is_paced=is_paced)
+    with session.record(file, waits=not is_paced) as recording:
+        with haptics.HapticRunner(session, options) as runner:
+            if is_paced:
+                with pytest.raises(dyop.InvalidArgument, match="HapticRunner"):
+                    recording.stop()
+            while runner.is_running:
+                runner.set_device((UP, [0.3, 0.2, 1]))
+                session.give_snapshot(0, VERTICES + [0, 0, 0.5], 0.004)
+                session.retarget(0, VERTICES - [0, 0, 0.5], 0.004)
+    assert_is_complete(file, 300)
+
+
+@needs_recording
+def test_what_cannot_be_recorded_is_an_error(tmp_path):
+    session = make_session()
+    with pytest.raises(dyop.FileError) as failure:
+        session.record(tmp_path / "none" / "run.h5")
+    assert isinstance(failure.value, OSError)
+    with pytest.raises(ValueError):
+        with session.record(tmp_path / "run.h5"):
+            with pytest.raises(dyop.InvalidArgument, match="already"):
+                session.record(tmp_path / "other.h5")
+            press(session, 0.5, 5)
+            raise ValueError("the device is gone")
+    assert "the device is gone" in command("info", tmp_path / "run.h5").stdout
+    with pytest.raises(dyop.InvalidArgument, match="start"):
+        session.record(tmp_path / "late.h5")
+    assert not (tmp_path / "late.h5").exists()

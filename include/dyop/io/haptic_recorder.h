@@ -20,7 +20,7 @@ class HapticRecorder final : public HapticObserver {
   /// Without finish() or fail(): as if the process were killed now.
   ~HapticRecorder() override;
 
-  /// Writes what waits and how the run ended, and closes the file; what comes later is not recorded.
+  /// Writes what waits and how the run ended, and closes the file; what comes later is left out.
   /// From the thread that calls update(), or while none does.
   /// @throws FileError if something could not be written; InvalidArgument if it was over already.
   void finish();
@@ -42,7 +42,7 @@ class HapticRecorder final : public HapticObserver {
 };
 
 /// Records a fresh session in a file, which is replaced, until finish(). The session's observer.
-/// @param waits Where 2048 ticks wait to be written, update() waits, too; otherwise the tick is left
+/// @param waits Where 2048 ticks wait to be written, update() waits, too; otherwise a tick is left
 ///              out, and the run can be looked at but not replayed.
 /// @throws FileError if the file cannot be created, InvalidArgument as HapticRecordingWriter.
 std::shared_ptr<HapticRecorder> record_session(HapticSession& session,

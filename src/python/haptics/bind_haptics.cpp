@@ -12,7 +12,11 @@
 #include "dyop/haptics/device_mapping.h"
 #include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
+#ifdef DYOP_HAS_RECORDING
+#include "dyop/io/haptic_recorder.h"
+#endif
 #include "python/bindings.h"
+#include "python/glue/arguments.h"
 #include "python/glue/record.h"
 #include "python/query/queries.h"
 
@@ -65,6 +69,44 @@ class PythonSession {
   std::mutex giving_;
   std::atomic<bool> is_running_{false};
 };
+
+#ifdef DYOP_HAS_RECORDING
+
+// The recording of a session, which it keeps.
+class PythonRecording {
+ public:
+  PythonRecording(std::shared_ptr<PythonSession> session, const std::filesystem::path& file,
+                  const std::string& title, bool waits)
+      : session_(std::move(session)) {
+    session_->own();
+    recorder_ = session_->give([&](HapticSession& session_of_it) {
+      return record_session(session_of_it, file, {title, "", 0, ""}, waits);
+    });
+  }
+
+  // The tick's thread must not be a runner's, and no other thread gives tissue meanwhile.
+  void stop(const std::optional<std::string>& error) {
+    if (is_over_) return;
+    session_->own();
+    is_over_ = true;
+    session_->give([&](HapticSession& session) {
+      if (session.observer() == recorder_) session.observe(nullptr);
+      if (error) {
+        recorder_->fail(*error);
+      } else {
+        recorder_->finish();
+      }
+    });
+  }
+  std::int64_t unlogged() const { return recorder_->unlogged(); }
+
+ private:
+  std::shared_ptr<PythonSession> session_;
+  std::shared_ptr<HapticRecorder> recorder_;
+  bool is_over_ = false;
+};
+
+#endif
 
 // Numbers of any three or four, as a device sends them: unchecked.
 template <typename Vector>
@@ -607,11 +649,48 @@ void bind_springs(SessionClass& session) {
           "bool: whether the device's damping suffices");
 }
 
+#ifdef DYOP_HAS_RECORDING
+void bind_recording(py::module_& m, SessionClass& session) {
+  py::class_<PythonRecording>(m, "HapticRecording", "What HapticSession.record() returns.")
+      .def(
+          "stop", [](PythonRecording& self) { self.stop({}); },
+          "Writes what is left and closes the file. Not while a HapticRunner runs.")
+      .def_property_readonly("unlogged", &PythonRecording::unlogged,
+                             "int: ticks that the file was too slow for")
+      .def(
+          "__enter__", [](const py::object& self) { return self; }, "The recording.")
+      .def(
+          "__exit__",
+          [](PythonRecording& self, const py::object& type, const py::object& error,
+             const py::object& /*traceback*/) {
+            if (type.is_none()) {
+              self.stop({});
+            } else {
+              self.stop(py::str(error).cast<std::string>());
+            }
+          },
+          py::arg("type"), py::arg("error"), py::arg("traceback"),
+          "Stops; the file says which exception ended the run.");
+  session.def(
+      "record",
+      [](const std::shared_ptr<PythonSession>& self, const py::object& file,
+         const std::string& title, bool waits) {
+        return std::make_unique<PythonRecording>(self, path_of(file), title, waits);
+      },
+      py::arg("file"), py::arg("title") = "", py::arg("waits") = true,
+      "Records every input and every tick from the start until stop() or the end of a with block.\n"
+      "waits: a tick waits for a file that is 2048 ticks behind; False: it is left out.");
+}
+#endif
+
 void bind_session(py::module_& m) {
   SessionClass session(m, "HapticSession",
                        "A tool driven by a device among tissue and forbidden regions.");
   bind_updates(session);
   bind_springs(session);
+#ifdef DYOP_HAS_RECORDING
+  bind_recording(m, session);
+#endif
   session
       .def(
           "tissue_vertices",
