@@ -18,9 +18,11 @@
 #include "dyop/view/run_files.h"
 #include "dyop/view/tool_follower.h"
 #include "support/inputs/haptic_run_texts.h"
+#include "support/inputs/haptic_scenes.h"
 #include "support/message_of.h"
 #include "support/temporary_directory.h"
 #include "view/browser_check.h"
+#include "view/tool/tissue_tracks.h"
 
 namespace dyop {
 namespace {
@@ -122,6 +124,60 @@ TEST(ToolPage, ShowsToolDeviceAndTissueWhereTheyWere) {
     const fs::path page = directory.write("page.html", recorded_page_html(file, options));
     testing::expect_script_passes("tool", "check_tool_page.mjs",
                                   {page.string(), facts_file.string()});
+  }
+}
+
+// Where tracks show a vertex of the first mesh.
+Vector3 shown_vertex(const PageDeformation& track, const std::vector<Vector3>& rest, Scalar t,
+                     std::size_t vertex) {
+  const auto next = std::upper_bound(track.times.begin(), track.times.end(), t);
+  if (next == track.times.begin()) return rest[vertex];
+  const auto last = std::size_t(next - track.times.begin()) - 1;
+  const bool is_over = next == track.times.end();
+  const Scalar part = is_over ? 0 : (t - track.times[last]) / (*next - track.times[last]);
+  Vector3 p = rest[vertex];
+  for (std::size_t k = 0; k < track.modes.size(); ++k) {
+    const Scalar from = track.weights[last * track.modes.size() + k];
+    const Scalar to = is_over ? from : track.weights[(last + 1) * track.modes.size() + k];
+    p += (from + part * (to - from)) * track.modes[k][vertex];
+  }
+  return p;
+}
+
+// Snapshots, some taken back, and motions that end early.
+TEST(ToolPage, TracksShowTissueThatIsRetargetedWhereItWas) {
+  constexpr std::size_t kVertex = 40;
+  const testing::TemporaryDirectory directory;
+  const fs::path file = directory.path() / "run.h5";
+  HapticScene scene = testing::ball_tool(2, {0, 0, 9});
+  scene.obstacles.push_back(testing::deforming_tissue(testing::sheet(30, 8)));
+  const std::vector<Vector3>& rest = scene.obstacles[0].vertices;
+  std::vector<Vector3> places;  // at the end of each tick
+  {
+    HapticSession session(scene, testing::haptic_options());
+    HapticRecordingWriter writer(file, {}, session);
+    int turns = 0;
+    for (int k = 0; k < 400; ++k) {
+      std::vector<Vector3> goal = rest;
+      for (Vector3& p : goal) p.z() += std::sin(0.1 * k + 0.2 * p.x());
+      if (k % 23 == 5) session.give_snapshot(0, goal, 0.012);
+      if (k % 17 == 3) turns += session.retarget(0, goal, 0.015, 1e-3 * (k % 4));
+      TickRecord record{k, testing::device_at({0, 0, 9}), 1e-3, {}};
+      record.tick = session.update(record.device, record.dt);
+      writer.add(record);
+      places.push_back(session.tissue_vertices(0)[kVertex]);
+    }
+    writer.finish({});
+    EXPECT_GT(turns, 15);
+  }
+  const HapticRecordingReader reader(file);
+  const view_internal::ToolBodies bodies(scene);
+  PageScene page;
+  view_internal::TissueTracks(reader, file, bodies, 1e-9).add_to(page);
+  ASSERT_EQ(page.deformations.size(), 1u);
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Vector3 shown = shown_vertex(page.deformations[0], rest, 1e-3 * Scalar(k + 1), kVertex);
+    EXPECT_TRUE(shown.isApprox(places[k], 1e-6)) << k;
   }
 }
 

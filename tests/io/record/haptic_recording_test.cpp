@@ -272,6 +272,27 @@ TEST(HapticRecording, RefusesWhatItCannotReplay) {
             std::string::npos);
 }
 
+TEST(HapticRecording, OfAnObservedSessionTakesNothingByHandNorARetargetOfAFormula) {
+  const testing::TemporaryDirectory directory;
+  HapticSession session(heaving_scene(), testing::haptic_options());
+  TissueFeed feed;
+  feed.formula = R"({"frequency": 1})";
+  HapticRecordingWriter writer(directory.path() / "run.h5", {}, session, std::array{feed});
+  const std::vector<Vector3> vertices = session.scene().obstacles[0].vertices;
+  EXPECT_THROW(writer.add_snapshot(0, vertices, 0.01), InvalidArgument);
+  EXPECT_THROW(HapticRecordingWriter(directory.path() / "two.h5", {}, session), InvalidArgument);
+  EXPECT_FALSE(fs::exists(directory.path() / "two.h5"));
+  session.give_snapshot(0, vertices, 0.01);
+  TickRecord record{0, heaving_device(0), 1e-3, {}};
+  record.tick = session.update(record.device, record.dt);
+  writer.add(record);
+  EXPECT_TRUE(session.retarget(0, vertices, 0.01));
+  record.number = 1;
+  record.tick = session.update(record.device, record.dt);
+  EXPECT_NE(testing::message_of([&] { writer.add(record); }).find("follows a formula"),
+            std::string::npos);
+}
+
 // It had no meshes.
 TEST(HapticRecording, OfTheFirstVersionIsRead) {
   const testing::TemporaryDirectory directory;
