@@ -194,7 +194,10 @@ TEST_F(CheckHapticInputs, AreAllInTheFileFromTwoThreads) {
     std::jthread tissue([&](const std::stop_token& stop) {
       while (!stop.stop_requested()) giver.give();
     });
-    for (int k = 0; k < 1500; ++k) writer.add(hands.tick(k));
+    for (int k = 0; k < 1500; ++k) {
+      writer.add(hands.tick(k));
+      std::this_thread::sleep_for(std::chrono::microseconds(20));  // on one processor, too
+    }
     tissue.request_stop();
     tissue.join();
     writer.finish({});
@@ -202,9 +205,9 @@ TEST_F(CheckHapticInputs, AreAllInTheFileFromTwoThreads) {
     expect_complete();
     if (HasFatalFailure()) return;
   }
-  EXPECT_GT(totals_.early, 100);
-  std::printf("%d early, %d waiting, %d resumed\n", totals_.early, totals_.waiting,
-              totals_.resumed);
+  EXPECT_GT(totals_.early, 20);
+  RecordProperty("waiting", totals_.waiting);
+  RecordProperty("resumed", totals_.resumed);
 }
 
 }  // namespace

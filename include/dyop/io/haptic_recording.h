@@ -149,7 +149,7 @@ class HapticRecordingWriter {
   void add_mesh(std::size_t obstacle, std::span<const Vector3> vertices,
                 std::span<const TriangleIndices> triangles);
 
-  /// A tick, in their order.
+  /// A tick, in their order; those of a session are numbered from its first one, 0.
   /// @throws InvalidArgument if it has seen a snapshot that was not added, or an obstacle with a
   ///         formula was retargeted.
   void add(const TickRecord& record);

@@ -241,6 +241,8 @@ class HapticChecker {
       finding.margin = 0;
     }
     if (answer == Answer::Refuted) return note(verdict_.refuted, verdict_.refuted_count, finding);
+    // The run is not proven then: the rest is worth less work.
+    most_node_pairs_ = std::min(most_node_pairs_, kMuchWork);
     note(verdict_.undecided, verdict_.undecided_count, finding);
   }
 
@@ -248,9 +250,6 @@ class HapticChecker {
     if (pair.proofs++ % kFreshStart == 0) pair.front = {{0, 0, pair.front.front().direction}};
     const Answer answer = prover.prove(pair.front);
     if (answer != Answer::Proven) pair.proofs = 0;
-    // The run is not proven then: the rest is worth less work.
-    if (answer == Answer::Undecided && prover.node_pairs() > kMuchWork)
-      most_node_pairs_ = kMuchWork;
     verdict_.node_pairs += prover.node_pairs();
     return answer;
   }

@@ -48,6 +48,7 @@ void HapticRecorder::Impl::write(const std::stop_token& stop) noexcept {
     }
   } catch (...) {
     failure = std::current_exception();
+    writer.reset();  // keeps no more inputs
     has_failed = true;
   }
 }
