@@ -138,6 +138,10 @@ mistake any_tick_is_excused src/check/trusted/haptic_prover.cpp check '*' \
   'if (question.excuse != Excuse::None) {' 'if (true) {'
 mistake place_after_missing_ticks_taken_for_known src/check/trusted/haptic_prover.cpp check '*' \
   'if (!a.is_known || !b.is_known)' 'if (!b.is_known)'
+mistake any_turn_of_tissue_believed src/check/trusted/haptic_recording.cpp check '*' \
+  'return !tells_turns_ || part ==' 'return !tells_turns_ || true || part =='
+mistake missing_ticks_not_noticed src/check/trusted/haptic_prover.cpp check '*' \
+  'recording_.is_whole(last_.tick, next.tick)' 'true'
 mistake ends_of_ticks_not_compared src/check/trusted/haptic_recording.cpp check '*' \
   'throw BadFile("tick " + std::to_string(numbers[k]) + " ends elsewhere than its motions");' 'continue;'
 
