@@ -1163,6 +1163,15 @@ DYOP_C_API dyop_status dyop_haptic_give_mesh(dyop_context* context, dyop_haptic_
                                              size_t vertex_count, const int32_t* triangles,
                                              size_t triangle_count, int32_t* is_taken);
 
+/* As dyop_haptic_give_snapshot, but the obstacle sets out from where it is, in place of what was
+ * given before and not yet started on; it goes on for `lead` seconds first. `is_taken`: 0 if a tick
+ * is just about to start on what was given before, or no tick has taken notice yet: call it again.
+ */
+DYOP_C_API dyop_status dyop_haptic_retarget(dyop_context* context, dyop_haptic_session session,
+                                            size_t obstacle, const double* vertices,
+                                            size_t vertex_count, double seconds, double lead,
+                                            int32_t* is_taken);
+
 /* --- Defaults --------------------------------------------------------------------------------- */
 
 /* clang-format off */

@@ -411,6 +411,17 @@ dyop_status dyop_haptic_give_snapshot(dyop_context* context, dyop_haptic_session
   });
 }
 
+dyop_status dyop_haptic_retarget(dyop_context* context, dyop_haptic_session session,
+                                 size_t obstacle, const double* vertices, size_t vertex_count,
+                                 double seconds, double lead, int32_t* is_taken) {
+  return guard(context, [&] {
+    const auto object = context->haptic_session(session);
+    const auto rows = dyop::c::rows_from(vertices, vertex_count, "vertices");
+    require_given(is_taken, "is_taken");
+    *is_taken = object->retarget(obstacle, rows, seconds, lead) ? 1 : 0;
+  });
+}
+
 dyop_status dyop_haptic_give_mesh(dyop_context* context, dyop_haptic_session session,
                                   size_t obstacle, const double* vertices, size_t vertex_count,
                                   const int32_t* triangles, size_t triangle_count,

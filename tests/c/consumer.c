@@ -779,6 +779,22 @@ static int check_haptics(dyop_context* context) {
     CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
   }
   CHECK(tick.tool.position[2] > 1.2 && tick.tool.position[2] < 1.23);
+  /* Half of the way down it turns back. */
+  for (i = 2; i < 12; i += 3) plate[i] = 0;
+  CHECK(dyop_haptic_give_snapshot(context, session, 0, plate, 4, 0.1, &is_taken) == DYOP_OK);
+  for (i = 0; i < 50; ++i) {
+    CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  }
+  CHECK(tick.tool.position[2] > 1.1 && tick.tool.position[2] < 1.13);
+  for (i = 2; i < 12; i += 3) plate[i] = 0.2;
+  CHECK(dyop_haptic_retarget(context, session, 0, plate, 4, 0.1, 0, &is_taken) == DYOP_OK);
+  CHECK(is_taken == 1);
+  CHECK(dyop_haptic_retarget(context, session, 0, plate, 4, 0.1, -1, &is_taken) ==
+        DYOP_INVALID_ARGUMENT);
+  for (i = 0; i < 110; ++i) {
+    CHECK(dyop_haptic_update(context, session, &device, 1e-3, 0, &tick) == DYOP_OK);
+  }
+  CHECK(tick.tool.position[2] > 1.2 && tick.tool.position[2] < 1.23);
   CHECK(dyop_haptic_give_mesh(context, session, 0, plate, 4, halves, 1, &is_taken) == DYOP_OK);
   CHECK(dyop_haptic_give_snapshot(context, session, 1, plate, 4, 0.1, &is_taken) ==
         DYOP_INVALID_ARGUMENT);
