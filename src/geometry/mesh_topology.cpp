@@ -114,8 +114,8 @@ bool MeshTopology::find_closed(std::span<const TriangleIndices> triangles) const
 
 namespace geometry_internal {
 
-std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
-                                        std::span<const TriangleIndices> triangles) {
+std::vector<std::int32_t> parts_of_triangles(std::size_t vertex_count,
+                                             std::span<const TriangleIndices> triangles) {
   std::vector<std::int32_t> leader(vertex_count);
   std::iota(leader.begin(), leader.end(), 0);
   // Halves the path on the way to the root, so that paths stay short.
@@ -130,10 +130,18 @@ std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
     leader[std::size_t(find(t[2]))] = first;
   }
   std::vector<std::int32_t> parts;
+  for (const TriangleIndices& t : triangles) parts.push_back(find(t[0]));
+  return parts;
+}
+
+std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
+                                        std::span<const TriangleIndices> triangles) {
+  const std::vector<std::int32_t> part_of = parts_of_triangles(vertex_count, triangles);
+  std::vector<std::int32_t> parts;
   std::vector<bool> is_seen(vertex_count, false);
-  for (const TriangleIndices& t : triangles) {
-    const auto part = std::size_t(find(t[0]));
-    if (!is_seen[part]) parts.push_back(t[0]);
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    const auto part = std::size_t(part_of[k]);
+    if (!is_seen[part]) parts.push_back(triangles[k][0]);
     is_seen[part] = true;
   }
   return parts;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/triangle_mesh.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -340,21 +341,70 @@ MassProperties TriangleMesh::compute_mass_properties(Scalar density) const {
   return mass_properties_from(moments, origin);
 }
 
-MassProperties TriangleMesh::compute_shell_mass_properties(Scalar area_density) const {
-  geometry_internal::require_density(area_density);
-  const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
-  Moments moments;
-  for (std::size_t k = 0; k < data().triangles.size(); ++k) {
-    const Triangle world = triangle(std::int32_t(k));
-    const Triangle p{world[0] - origin, world[1] - origin, world[2] - origin};
-    const Scalar area = (world[1] - world[0]).cross(world[2] - world[0]).norm() / 2;
-    moments.mass += area_density * area;
-    moments.first += area_density * area / 3 * (p[0] + p[1] + p[2]);
-    moments.second += area_density * area / 12 * corner_products(p);
+namespace {
+
+// The moments of triangles about an origin, by area.
+void add_surface(const Triangle& p, Scalar density, Moments& moments) {
+  const Scalar mass = density * (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2;
+  moments.mass += mass;
+  moments.first += mass / 3 * (p[0] + p[1] + p[2]);
+  moments.second += mass / 12 * corner_products(p);
+}
+
+// Of triangles without area, by the length of their longest side.
+void add_wire(const Triangle& p, Scalar density, Moments& moments) {
+  std::size_t longest = 0;
+  const auto side = [&](std::size_t k) -> Vector3 { return p[(k + 1) % 3] - p[k]; };
+  for (const std::size_t k : {1, 2}) {
+    if (side(k).squaredNorm() > side(longest).squaredNorm()) longest = k;
   }
-  DYOP_REQUIRE(moments.mass > 0, "a shell needs a positive area, not ",
-               moments.mass / area_density);
-  return mass_properties_from(moments, origin);
+  const Vector3 middle = p[longest] + side(longest) / 2;
+  const Scalar mass = density * side(longest).norm();
+  moments.mass += mass;
+  moments.first += mass * middle;
+  moments.second +=
+      mass * (middle * middle.transpose() + side(longest) * side(longest).transpose() / 12);
+}
+
+void add_point(const Triangle& p, Scalar density, Moments& moments) {
+  moments.mass += density;
+  moments.first += density * p[0];
+  moments.second += density * p[0] * p[0].transpose();
+}
+
+// Of a rod, over its length.
+constexpr Scalar kWireThickness = 0.01;
+
+// What lies on a line has no inertia about it: it gets that of a rod.
+void thicken(MassProperties& properties) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(properties.I_BBcm);
+  const Vector3& principal = solver.eigenvalues();
+  // Across, m l^2 / 12; along, m (thickness l / 2)^2 / 2.
+  const Scalar least = 1.5 * kWireThickness * kWireThickness * principal[2];
+  const Vector3 along = solver.eigenvectors().col(0);
+  if (principal[0] < least) {
+    properties.I_BBcm += (least - principal[0]) * along * along.transpose();
+  }
+}
+
+}  // namespace
+
+MassProperties TriangleMesh::compute_shell_mass_properties(Scalar density) const {
+  geometry_internal::require_density(density);
+  const Vector3 origin = 0.5 * data().bounds.min() + 0.5 * data().bounds.max();
+  for (const auto add : {add_surface, add_wire, add_point}) {
+    Moments moments;
+    for (std::size_t k = 0; k < data().triangles.size(); ++k) {
+      const Triangle world = triangle(std::int32_t(k));
+      add({world[0] - origin, world[1] - origin, world[2] - origin}, density, moments);
+    }
+    if (!(moments.mass > 0)) continue;
+    MassProperties properties = mass_properties_from(moments, origin);
+    if (add != add_surface) thicken(properties);
+    DYOP_REQUIRE(properties.I_BBcm.trace() > 0, "a point has no inertia; give it a radius: Sphere");
+    return properties;
+  }
+  throw InvalidArgument("the mass of the shell is beneath the smallest number");
 }
 
 namespace {

@@ -350,9 +350,48 @@ TEST(TriangleMesh, ShellMassOfAPlateFarFromTheOrigin) {
   EXPECT_LE((properties.I_BBcm - expected).norm(), 1e-12);
 }
 
-TEST(TriangleMesh, RefusesAShellWithoutArea) {
-  EXPECT_MESSAGE(needle(1, 3).mesh().compute_shell_mass_properties(1),
-                 "a shell needs a positive area, not 0");
+// A wire bent to a rectangle a x b: sides of length a at b / 2 from the centre, and the reverse.
+TEST(TriangleMesh, ShellMassOfAWire) {
+  const Scalar a = 2, b = 4, density = 0.5;
+  const Vector3 place(1024, -4096, 512);
+  std::vector<Vector3> corners;
+  for (const auto& [x, y] : {std::pair(-1, -2), {1, -2}, {1, 2}, {-1, 2}}) {
+    corners.push_back(place + Vector3(x, y, 0));
+  }
+  // The last side is a triangle with its third corner on it; a point has no mass.
+  corners.push_back(place + Vector3(-1, 0, 0));
+  const TriangleMesh wire(corners, {{0, 1, 1}, {1, 1, 2}, {3, 2, 3}, {3, 4, 0}, {2, 2, 2}});
+  const MassProperties properties = wire.compute_shell_mass_properties(density);
+  const Scalar m_a = density * a, m_b = density * b;
+  EXPECT_NEAR(properties.mass, 2 * (m_a + m_b), 1e-12);
+  EXPECT_LE((properties.p_BoBcm - place).norm(), 1e-12);
+  const Scalar I_x = 2 * (m_a * b * b / 4 + m_b * b * b / 12);
+  const Scalar I_y = 2 * (m_b * a * a / 4 + m_a * a * a / 12);
+  const Matrix3 expected = Vector3(I_x, I_y, I_x + I_y).asDiagonal();
+  EXPECT_LE((properties.I_BBcm - expected).norm(), 1e-11);
+}
+
+// A straight one turns about itself like a rod with a radius of a 200th of its length.
+TEST(TriangleMesh, ShellMassOfAStraightWireAndOfPoints) {
+  const Vector3 along = Vector3(1, 2, 2) / 3;
+  const TriangleMesh rod({Vector3(5, 0, 0), 5 * Vector3::UnitX() + 6 * along}, {{0, 1, 0}});
+  const MassProperties properties = rod.compute_shell_mass_properties(2);
+  const Scalar about = 12 * 0.03 * 0.03 / 2;
+  const Matrix3 expected = 12 * 36.0 / 12 * (Matrix3::Identity() - along * along.transpose()) +
+                           about * along * along.transpose();
+  EXPECT_NEAR(properties.mass, 12, 1e-12);
+  EXPECT_LE((properties.I_BBcm - expected).norm(), 1e-11);
+  const TriangleMesh cloud({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}},
+                           {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {3, 3, 3}});
+  const MassProperties points = cloud.compute_shell_mass_properties(3);
+  EXPECT_EQ(points.mass, 12);
+  EXPECT_EQ(points.p_BoBcm, Vector3(1, 1, 0));
+  EXPECT_LE((points.I_BBcm - Matrix3(Vector3(12, 12, 24).asDiagonal())).norm(), 1e-12);
+}
+
+TEST(TriangleMesh, RefusesAShellWithoutExtent) {
+  EXPECT_MESSAGE(needle(0, 3).mesh().compute_shell_mass_properties(1),
+                 "a point has no inertia; give it a radius: Sphere");
   EXPECT_MESSAGE(icosphere(0).mesh().compute_shell_mass_properties(0),
                  "density must be finite and > 0, not 0");
 }

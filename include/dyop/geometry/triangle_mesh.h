@@ -86,9 +86,13 @@ class TriangleMesh final : public Shape {
   ///         rounding noise); the message states the volume.
   MassProperties compute_mass_properties(Scalar density) const override;
 
-  /// Mass spread evenly over the surface, for open meshes. Segments and points have no mass.
-  /// @throws InvalidArgument if the area is zero or density (mass per area) is not positive.
-  MassProperties compute_shell_mass_properties(Scalar area_density) const;
+  /// Mass spread evenly over the surface, for open meshes. Segments and points beside it have no
+  /// mass. Where there is no area, it is spread along the segments, and over the points where there
+  /// is no length either: a wire, a cloud. What lies on one line turns about it like a rod of a
+  /// hundredth of its length in thickness.
+  /// @param density Mass per area, or per length, or of each point.
+  /// @throws InvalidArgument if it is not positive, or all points are at one place.
+  MassProperties compute_shell_mass_properties(Scalar density) const;
 
  private:
   struct Data;

@@ -14,6 +14,9 @@ struct MeshFileLimits {
   std::size_t most_unpacked_bytes = std::size_t{1} << 30;
 };
 
+/// What becomes of a file that has vertices only.
+enum class LoneVertices { Refused, Points };
+
 /// Returns all surfaces of a file as one mesh.
 ///
 /// OBJ, OFF, PLY and STL, text or binary (OFF: text), also compressed with gzip (`.ply.gz`), are
@@ -30,10 +33,12 @@ struct MeshFileLimits {
 /// of n corners becomes n − 2 triangles: if strictly convex, a fan around its first corner,
 /// otherwise by ear clipping in the plane of its vector area. Lines and points become degenerate
 /// triangles. Groups, materials, normals, colours and weights are ignored.
+/// @param vertices Points: where there is no polygon, line or point, each vertex is one.
 /// @throws FileError if the file is missing, empty, truncated or not understood, has no triangle, a
 ///         number that is not finite, or an index out of range, with the line if known; or if it
 ///         exceeds a limit.
-TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits = {});
+TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits = {},
+                       LoneVertices vertices = LoneVertices::Refused);
 
 /// Where the origin of a mesh is placed.
 enum class MeshCenter {

@@ -113,8 +113,14 @@ TriangleMesh join_and_triangulate(PolygonMesh polygons) {
 }
 
 TriangleMesh load(const std::filesystem::path& file, const MeshFileLimits& limits,
-                  io_internal::UpAxis up) {
+                  io_internal::UpAxis up, LoneVertices vertices) {
   PolygonMesh polygons = read_polygons(file, limits, up);
+  if (polygons.polygon_count() == 0 && vertices == LoneVertices::Points) {
+    for (std::size_t k = 0; k < polygons.vertices.size(); ++k) {
+      polygons.begin_polygon();
+      polygons.add_corner(std::int64_t(k));
+    }
+  }
   if (polygons.polygon_count() == 0) throw FileError(file, "the file has no triangles");
   try {
     return join_and_triangulate(std::move(polygons));
@@ -125,12 +131,13 @@ TriangleMesh load(const std::filesystem::path& file, const MeshFileLimits& limit
 
 }  // namespace
 
-TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits) {
-  return load(file, limits, io_internal::UpAxis::Y);
+TriangleMesh load_mesh(const std::filesystem::path& file, const MeshFileLimits& limits,
+                       LoneVertices vertices) {
+  return load(file, limits, io_internal::UpAxis::Y, vertices);
 }
 
 TriangleMesh io_internal::load_mesh_as_written(const std::filesystem::path& file) {
-  return load(file, {}, io_internal::UpAxis::AsWritten);
+  return load(file, {}, io_internal::UpAxis::AsWritten, LoneVertices::Refused);
 }
 
 TriangleMesh place_mesh(const TriangleMesh& mesh, const MeshPlacement& placement) {

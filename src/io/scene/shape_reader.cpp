@@ -149,7 +149,7 @@ const TriangleMesh& ShapeReader::load(const JsonNode& node) {
   const auto found = loaded_.find(file);
   if (found != loaded_.end()) return found->second;
   try {
-    return loaded_.emplace(file, load_mesh(file)).first->second;
+    return loaded_.emplace(file, load_mesh(file, {}, vertices_)).first->second;
   } catch (const FileError& error) {
     node.fail(error.what());
   }

@@ -9,6 +9,7 @@
 
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/io/mesh_file.h"
 #include "io/json_reader.h"
 
 namespace dyop::io_internal {
@@ -22,8 +23,9 @@ class DYOP_EXPORT ShapeReader {
   };
 
   /// @param directories Where to search for meshes, in this order.
-  explicit ShapeReader(std::vector<std::filesystem::path> directories)
-      : directories_(std::move(directories)) {}
+  explicit ShapeReader(std::vector<std::filesystem::path> directories,
+                       LoneVertices vertices = LoneVertices::Refused)
+      : directories_(std::move(directories)), vertices_(vertices) {}
 
   /// @param is_shell The body is a surface without an inside: determines its centre of mass.
   NamedShape read(const JsonNode& node, bool is_shell);
@@ -40,6 +42,7 @@ class DYOP_EXPORT ShapeReader {
   std::filesystem::path find(const JsonNode& node, const std::string& kind) const;
 
   std::vector<std::filesystem::path> directories_;
+  LoneVertices vertices_;
   std::map<std::filesystem::path, TriangleMesh> loaded_;
 };
 

@@ -533,7 +533,10 @@ void bind_triangle_mesh(py::module_& m) {
       .def("is_closed", &TriangleMesh::is_closed,
            "Whether every edge is used exactly twice, once in each direction.")
       .def("compute_shell_mass_properties", &TriangleMesh::compute_shell_mass_properties,
-           py::arg("area_density"), "Mass spread evenly over the surface (mass per area).")
+           py::arg("density"),
+           "Mass spread evenly over the surface (density: mass per area), along segments where "
+           "there\n"
+           "is no area (mass per length), over points where there is no length (mass of each).")
       .def("__repr__",
            [](const TriangleMesh& mesh) {
              return "TriangleMesh(" + std::to_string(mesh.vertices().size()) + " vertices, " +
