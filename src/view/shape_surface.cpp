@@ -45,9 +45,59 @@ ShapeSurface subdivided(const ShapeSurface& sphere) {
   return finer;
 }
 
+void add_part(const ShapeSurface& part, ShapeSurface& surface) {
+  const auto first = std::int32_t(surface.vertices.size());
+  surface.vertices.insert(surface.vertices.end(), part.vertices.begin(), part.vertices.end());
+  for (const TriangleIndices& t : part.triangles) {
+    surface.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+}
+
+// A rod with four sides and pointed ends; of no length, an octahedron.
+ShapeSurface rod_between(const Vector3& a, const Vector3& b, Scalar radius) {
+  const Vector3 along = b - a;
+  const Vector3 z = along.norm() > 0 ? along.normalized() : Vector3::UnitZ();
+  const Vector3 x = z.unitOrthogonal();
+  const Vector3 y = z.cross(x);
+  ShapeSurface rod;
+  for (const Vector3& end : {a, b}) {
+    for (const Vector3& side : {x, y, Vector3(-x), Vector3(-y)}) {
+      rod.vertices.push_back(end + radius * side);
+    }
+  }
+  rod.vertices.push_back(a - radius * z);
+  rod.vertices.push_back(b + radius * z);
+  for (std::int32_t k = 0; k < 4; ++k) {
+    const std::int32_t next = (k + 1) % 4;
+    rod.triangles.insert(
+        rod.triangles.end(),
+        {{k, next, k + 4}, {next, next + 4, k + 4}, {8, next, k}, {9, k + 4, next + 4}});
+  }
+  return rod;
+}
+
+// So thick, over the mesh, are segments and points drawn, which have no area.
+constexpr Scalar kDrawnThickness = 0.01;
+
+// After the triangles themselves, which keep their numbers.
+void add_wires(const TriangleMesh& mesh, ShapeSurface& surface) {
+  const Scalar size = mesh.bounding_box().sizes().norm();
+  const Scalar radius = kDrawnThickness / 2 * (size > 0 ? size : 1);
+  for (const TriangleIndices& t : mesh.triangles()) {
+    const auto corner = [&](std::size_t k) { return mesh.vertices()[std::size_t(t[k])]; };
+    const bool is_segment =
+        corner(0) == corner(1) || corner(1) == corner(2) || corner(2) == corner(0);
+    if (!is_segment) continue;
+    const Vector3 b = corner(0) == corner(1) ? corner(2) : corner(1);
+    add_part(rod_between(corner(0), b, radius), surface);
+  }
+}
+
 ShapeSurface surface_of_mesh(const TriangleMesh& mesh) {
-  return {{mesh.vertices().begin(), mesh.vertices().end()},
-          {mesh.triangles().begin(), mesh.triangles().end()}};
+  ShapeSurface surface{{mesh.vertices().begin(), mesh.vertices().end()},
+                       {mesh.triangles().begin(), mesh.triangles().end()}};
+  add_wires(mesh, surface);
+  return surface;
 }
 
 ShapeSurface surface_of_convex(const ConvexShape& shape, int fineness) {
@@ -72,12 +122,9 @@ ShapeSurface plate_of(const HalfSpace& half_space, Scalar plate) {
 ShapeSurface surface_of_compound(const CompoundShape& compound, int fineness) {
   ShapeSurface all;
   for (const CompoundChild& child : compound.children()) {
-    const ShapeSurface part = surface_of(*child.shape, fineness, 0);
-    const auto first = std::int32_t(all.vertices.size());
-    for (const Vector3& p : part.vertices) all.vertices.push_back(child.X_CS * p);
-    for (const TriangleIndices& t : part.triangles) {
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    }
+    ShapeSurface part = surface_of(*child.shape, fineness, 0);
+    for (Vector3& p : part.vertices) p = child.X_CS * p;
+    add_part(part, all);
   }
   return all;
 }

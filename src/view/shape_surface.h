@@ -17,7 +17,8 @@ struct ShapeSurface {
   std::vector<TriangleIndices> triangles;
 };
 
-/// The triangles of a mesh or polytope; for a smooth convex shape 8 * 4^fineness triangles between
+/// The triangles of a mesh or polytope, and after them rods around segments and points, which could
+/// not be seen; for a smooth convex shape 8 * 4^fineness triangles between
 /// support points; for a compound those of its children; for a half-space a square plate.
 /// @param plate Half the side of the plate.
 DYOP_EXPORT ShapeSurface surface_of(const Shape& shape, int fineness, Scalar plate);

@@ -88,6 +88,30 @@ TEST(PageEncoder, RoundsVerticesToTheirBox) {
   }
 }
 
+// Segments and points have no area: rods are added, whose triangles face outwards.
+TEST(PageEncoder, DrawsWiresAndPoints) {
+  const std::vector<Vector3> vertices{{0, 0, 0}, {3, 0, 0}, {3, 4, 0}, {3, 4, 12}};
+  const TriangleMesh mesh(vertices, {{0, 1, 2}, {2, 3, 2}, {0, 0, 0}});
+  const PageBlock block(PageEncoder(scene_with(std::make_shared<TriangleMesh>(mesh))).head());
+  const Surface surface = surface_in(block, 0);
+  const std::size_t own = 3 * 3;
+  ASSERT_EQ(surface.corners.size(), own + 2 * 3 * 16);
+  const Scalar radius = 0.005 * 13;
+  const auto volume_of = [&](std::size_t first) {
+    Scalar volume = 0;
+    for (std::size_t k = first; k < first + 3 * 16; k += 3) {
+      const auto corner = [&](std::size_t i) { return surface.vertices[surface.corners[k + i]]; };
+      volume += corner(0).dot(corner(1).cross(corner(2))) / 6;
+    }
+    return volume;
+  };
+  // A prism over a square of half diagonals `radius`, and a pyramid at each end.
+  const Scalar square = 2 * radius * radius;
+  const Scalar tips = 2 * square * radius / 3;
+  EXPECT_NEAR(volume_of(own), 12 * square + tips, 1e-5);
+  EXPECT_NEAR(volume_of(own + 3 * 16), tips, 1e-5);
+}
+
 TEST(PageEncoder, DrawsRoundShapesOnTheirSurface) {
   const PageBlock block(PageEncoder(scene_with(std::make_shared<Capsule>(0.5, 2))).head());
   const Surface surface = surface_in(block, 0);
