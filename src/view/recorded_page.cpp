@@ -49,8 +49,10 @@ std::string words_of(const Shape& shape) {
                  [](const FormedShape& formed) { return std::string(formed.form->name); }});
 }
 
-// Contents of the scene file, if there is one.
-Vector3 gravity_of(const RunHeader& header) {
+// Recordings before version 3 have it in the scene file, if there is one.
+Vector3 gravity_of(const RecordingReader& reader) {
+  if (!reader.gravity().isZero(0)) return reader.gravity();
+  const RunHeader& header = reader.header();
   const auto scene = nlohmann::json::parse(header.scene, nullptr, false);
   const auto place = nlohmann::json::json_pointer("/forces/gravity");
   if (!scene.is_object() || !scene.contains(place)) return Vector3::Zero();
@@ -68,7 +70,7 @@ PageScene scene_of(const RecordingReader& reader, const std::filesystem::path& f
   scene.title = reader.header().title;
   scene.source = file.filename().string();
   scene.verdict = options.verdict;
-  scene.gravity_W = gravity_of(reader.header());
+  scene.gravity_W = gravity_of(reader);
   scene.scene_file = reader.header().scene;
   scene.begin_time = reader.interval().begin;
   scene.end_time = std::max(reader.header().end_time, reader.interval().end);

@@ -201,6 +201,8 @@ class RecordingReader {
   bool refresh();
 
   const RunHeader& header() const;
+  /// Of the World, at the start; zero if the recording does not say.
+  Vector3 gravity() const;
   std::span<const RecordedShape> shapes() const;
   std::span<const RecordedBody> bodies() const;
 

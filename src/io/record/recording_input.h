@@ -49,6 +49,9 @@ struct Input {
   InputRows<char> end = text("end");
 
   /// Since version 3; none in older files.
+  std::optional<InputRows<char>> rules = file.integer_attribute("version") < kVersionWithImpulses
+                                             ? std::nullopt
+                                             : std::optional(text("rules"));
   std::optional<InputRows<VelocityChangeRow>> changes =
       since_impulses<VelocityChangeRow>("velocity_changes");
   std::optional<InputRows<MomentumRow>> momenta = since_impulses<MomentumRow>("momenta");

@@ -46,6 +46,7 @@ struct RecordingReader::Impl {
   void read_new(const io_internal::FrameRow& last);
   void read_shapes(const io_internal::FrameRow& last);
   void read_bodies(const io_internal::FrameRow& last);
+  void read_gravity(const io_internal::FrameRow& last);
   void read_segments(const io_internal::FrameRow& last);
   void read_impacts(const io_internal::FrameRow& before);
   void read_end();
@@ -70,6 +71,7 @@ struct RecordingReader::Impl {
   io_internal::BlockCache<Scalar> numbers;
   io_internal::BlockCache<io_internal::SegmentRow> segment_rows;
   RunHeader header;
+  std::optional<Vector3> gravity;
   std::vector<RecordedShape> shapes;
   std::vector<std::shared_ptr<const Shape>> all_shapes;  // the same
   std::vector<RecordedBody> bodies;
@@ -103,6 +105,7 @@ bool RecordingReader::Impl::refresh() {
 void RecordingReader::Impl::read_new(const io_internal::FrameRow& last) {
   read_shapes(last);
   read_bodies(last);
+  read_gravity(last);
   read_segments(last);
   for (const io_internal::StepRow& row :
        in().steps.read(known.step_count, last.step_count - known.step_count)) {
@@ -150,6 +153,15 @@ void RecordingReader::Impl::read_bodies(const io_internal::FrameRow& last) {
     paths.resize(bodies.size());
     paths[slot].centers.emplace_back(line.value("from", header.begin_time), body.p_BoBcm);
   }
+}
+
+// Of the first line of /rules.
+void RecordingReader::Impl::read_gravity(const io_internal::FrameRow& last) {
+  if (gravity || !in().rules || last.rule_bytes == 0) return;
+  const std::vector<Json> lines = json_lines(text_of(in().rules->read(0, last.rule_bytes)));
+  DYOP_REQUIRE(!lines.empty(), "the rules are missing");
+  const auto g = lines.front().at("gravity").get<std::array<Scalar, 3>>();
+  gravity = Vector3(g[0], g[1], g[2]);
 }
 
 void RecordingReader::Impl::read_segments(const io_internal::FrameRow& last) {
@@ -371,6 +383,10 @@ RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = defaul
 
 bool RecordingReader::refresh() {
   return impl_->refresh();
+}
+
+Vector3 RecordingReader::gravity() const {
+  return impl_->gravity.value_or(Vector3::Zero());
 }
 
 const RunHeader& RecordingReader::header() const {

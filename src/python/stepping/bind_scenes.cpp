@@ -350,6 +350,8 @@ void bind_reader(py::module_& m) {
       .def_property_readonly(
           "bodies", [](const RecordingReader& r) { return listed(r.bodies()); },
           "list[RecordedBody]: by slot")
+      .def("gravity", &RecordingReader::gravity,
+           "numpy.ndarray: of the World at the start; zero if the recording does not say.")
       .def("interval", &RecordingReader::interval, "From the start to the last committed time.")
       .def(
           "end", [](const RecordingReader& r) { return r.end(); }, "How the run ended, if it has.")

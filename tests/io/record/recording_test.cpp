@@ -69,6 +69,8 @@ TEST_F(Recording, KeepsHeaderBodiesStepsAndEnd) {
   EXPECT_EQ(reader.header().scene, busy_header().scene);
   EXPECT_EQ(reader.header().rest_offset, 0.25);
   EXPECT_FALSE(reader.header().target_distance.has_value());
+  EXPECT_EQ(reader.gravity(), testing::busy_world().gravity());
+  EXPECT_NE(reader.gravity(), Vector3(Vector3::Zero()));
   ASSERT_EQ(reader.bodies().size(), 8u);
   EXPECT_EQ(reader.bodies()[0].kind, BodyKind::Static);
   EXPECT_EQ(reader.bodies()[3].name, "thrown");
