@@ -12,8 +12,8 @@ namespace dyop::geometry_internal {
 
 // By triangle: a vertex number that stands for its connected part. Triangles are connected if they
 // share a vertex number.
-std::vector<std::int32_t> parts_of_triangles(std::size_t vertex_count,
-                                             std::span<const TriangleIndices> triangles);
+DYOP_EXPORT std::vector<std::int32_t> parts_of_triangles(
+    std::size_t vertex_count, std::span<const TriangleIndices> triangles);
 
 // One vertex number of each connected part, in the order of the triangles.
 std::vector<std::int32_t> part_vertices(std::size_t vertex_count,
