@@ -355,7 +355,7 @@ void add_surface(const Triangle& p, Scalar density, Moments& moments) {
 void add_wire(const Triangle& p, Scalar density, Moments& moments) {
   std::size_t longest = 0;
   const auto side = [&](std::size_t k) -> Vector3 { return p[(k + 1) % 3] - p[k]; };
-  for (const std::size_t k : {1, 2}) {
+  for (std::size_t k = 1; k < 3; ++k) {
     if (side(k).squaredNorm() > side(longest).squaredNorm()) longest = k;
   }
   const Vector3 middle = p[longest] + side(longest) / 2;
