@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "dyop/core/error.h"
@@ -79,17 +80,45 @@ ShapeSurface rod_between(const Vector3& a, const Vector3& b, Scalar radius) {
 // So thick, over the mesh, are segments and points drawn, which have no area.
 constexpr Scalar kDrawnThickness = 0.01;
 
+using Segment = std::pair<std::int32_t, std::int32_t>;
+
+bool has_equal_corners(const Triangle& t) {
+  return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
+}
+
+// The ends of triangles that have no area, each once.
+std::set<Segment> segments_of(const TriangleMesh& mesh) {
+  std::set<Segment> segments;
+  for (std::size_t k = 0; k < mesh.triangles().size(); ++k) {
+    const Triangle corners = mesh.triangle(std::int32_t(k));
+    if (!has_equal_corners(corners)) continue;
+    const TriangleIndices& t = mesh.triangles()[k];
+    segments.insert(std::minmax({t[0], corners[0] == corners[1] ? t[2] : t[1]}));
+  }
+  return segments;
+}
+
+// Leaves out sides and corners of other triangles, as files of surfaces repeat them.
+void drop_seen(const TriangleMesh& mesh, std::set<Segment>& segments) {
+  for (std::size_t k = 0; k < mesh.triangles().size() && !segments.empty(); ++k) {
+    if (has_equal_corners(mesh.triangle(std::int32_t(k)))) continue;
+    const TriangleIndices& t = mesh.triangles()[k];
+    for (std::size_t i = 0; i < 3; ++i) {
+      segments.erase(std::minmax({t[i], t[(i + 1) % 3]}));
+      segments.erase({t[i], t[i]});
+    }
+  }
+}
+
 // After the triangles themselves, which keep their numbers.
 void add_wires(const TriangleMesh& mesh, ShapeSurface& surface) {
+  std::set<Segment> segments = segments_of(mesh);
+  drop_seen(mesh, segments);
   const Scalar size = mesh.bounding_box().sizes().norm();
   const Scalar radius = kDrawnThickness / 2 * (size > 0 ? size : 1);
-  for (const TriangleIndices& t : mesh.triangles()) {
-    const auto corner = [&](std::size_t k) { return mesh.vertices()[std::size_t(t[k])]; };
-    const bool is_segment =
-        corner(0) == corner(1) || corner(1) == corner(2) || corner(2) == corner(0);
-    if (!is_segment) continue;
-    const Vector3 b = corner(0) == corner(1) ? corner(2) : corner(1);
-    add_part(rod_between(corner(0), b, radius), surface);
+  for (const auto& [a, b] : segments) {
+    add_part(rod_between(mesh.vertices()[std::size_t(a)], mesh.vertices()[std::size_t(b)], radius),
+             surface);
   }
 }
 

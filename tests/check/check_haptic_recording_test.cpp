@@ -83,6 +83,7 @@ class MadeUpRun {
 
   void leave_out(std::int64_t ticks) { number_ += ticks; }
   void jump_to(const std::vector<ToolPose>& poses) { poses_ = poses; }
+  void jump_to(Scalar fraction) { progress_[*deforming_].fraction = fraction; }
   void say(HapticStatus status) { status_ = status; }
   void finish() { writer_.finish({}); }
 
@@ -349,6 +350,23 @@ TEST_F(CheckHapticRecording, TellsOfToolsThatBeganAfreshAndOfTicksThatAreMissing
   EXPECT_EQ(answer.code, kProven) << answer.text;
   EXPECT_TRUE(says(answer, "tools began afresh 2 times")) << answer.text;
   EXPECT_TRUE(says(answer, "3 ticks are not in the file")) << answer.text;
+}
+
+// Tools may begin afresh; tissue, between whose ticks none is missing, may not.
+TEST_F(CheckHapticRecording, RefusesTissueThatJumpsWhileToolsBeginAfresh) {
+  const HapticScene scene = ball_over_sheet();
+  for (const Scalar fraction : {0.0, 0.7}) {
+    MadeUpRun run(file(), scene);
+    run.move_to({pose_at({0, 0, 4})});
+    run.give(0, raised(scene.obstacles[0].vertices, 1));
+    run.jump_to(fraction);
+    run.jump_to(std::vector{pose_at({0, 0, 5})});
+    run.move_to({pose_at({0, 0, 5.5})});
+    run.finish();
+    const Answer answer = check(file());
+    EXPECT_EQ(answer.code, fraction > 0 ? kUnusable : kProven) << answer.text << answer.error;
+    EXPECT_EQ(answer.error.find("elsewhere without a motion") != std::string::npos, fraction > 0);
+  }
 }
 
 TEST_F(CheckHapticRecording, LeavesUndecidedWhatDependsOnMissingTicks) {

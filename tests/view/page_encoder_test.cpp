@@ -88,13 +88,15 @@ TEST(PageEncoder, RoundsVerticesToTheirBox) {
   }
 }
 
-// Segments and points have no area: rods are added, whose triangles face outwards.
+// Segments and points have no area: rods are added, whose triangles face outwards. Sides of other
+// triangles, as in files with triangles of no area, need none.
 TEST(PageEncoder, DrawsWiresAndPoints) {
-  const std::vector<Vector3> vertices{{0, 0, 0}, {3, 0, 0}, {3, 4, 0}, {3, 4, 12}};
-  const TriangleMesh mesh(vertices, {{0, 1, 2}, {2, 3, 2}, {0, 0, 0}});
+  const std::vector<Vector3> vertices{{0, 0, 0}, {3, 0, 0}, {3, 4, 0}, {3, 4, 12}, {1, 1, 1}};
+  const TriangleMesh mesh(
+      vertices, {{0, 1, 2}, {2, 3, 2}, {4, 4, 4}, {2, 1, 1}, {0, 0, 0}, {0, 2, 2}, {3, 2, 2}});
   const PageBlock block(PageEncoder(scene_with(std::make_shared<TriangleMesh>(mesh))).head());
   const Surface surface = surface_in(block, 0);
-  const std::size_t own = 3 * 3;
+  const std::size_t own = 3 * 7;
   ASSERT_EQ(surface.corners.size(), own + 2 * 3 * 16);
   const Scalar radius = 0.005 * 13;
   const auto volume_of = [&](std::size_t first) {

@@ -118,11 +118,14 @@ class HapticChecker {
         throw BadFile("a snapshot sets out elsewhere than the inputs say");
       // After missing ticks it is known where it set out if it had arrived.
       set_out(number, to.snapshot, follows_ || (is_next && surface.at.fraction >= 1));
-    } else if (follows_ && (to.fraction < surface.at.fraction ||
-                            (next.is_start && to.fraction > surface.at.fraction))) {
-      throw BadFile("a surface goes back, or is elsewhere without a motion");
+    } else if (follows_ && to.fraction < surface.at.fraction) {
+      throw BadFile("a surface goes back");
     }
-    if (next.is_start) surface.at.fraction = to.fraction;
+    if (next.is_start) {
+      if (follows_ && to.fraction != surface.at.fraction)
+        throw BadFile("a surface is elsewhere without a motion");
+      surface.at.fraction = to.fraction;
+    }
     Moving& moving = obstacles_[surface_of_[number]];
     moving.segment.part_first = surface.at.fraction;
     moving.segment.part_rate = to.fraction - surface.at.fraction;

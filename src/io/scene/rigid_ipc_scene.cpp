@@ -156,8 +156,8 @@ bool has_file(const JsonNode& node) {
 
 MeshPointer read_scaled_mesh(const JsonNode& node, ShapeReader& shapes) {
   return node.guard([&]() -> MeshPointer {
-    const TriangleMesh mesh =
-        has_file(node) ? shapes.load(node.at("mesh")) : InlineMesh(node).mesh();
+    const TriangleMesh mesh = has_file(node) || !node.has("vertices") ? shapes.load(node.at("mesh"))
+                                                                      : InlineMesh(node).mesh();
     const Vector3 scale = read_scale(node, mesh);
     if (scale.minCoeff() < 0) {
       return std::static_pointer_cast<const TriangleMesh>(scaled(mesh, scale));

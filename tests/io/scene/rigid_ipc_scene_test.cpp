@@ -119,6 +119,7 @@ TEST_F(RigidIpcScene, NamesWhatItCannotRead) {
   expect({{"vertices", {{0, 0, 0}, {1, 0, 0}}}, {"edges", {{0, 2}}}}, ".edges[0][1]: ");
   expect({{"vertices", {{0, 0, 0}, {1, 0, 0}}}, {"faces", {{0, 1}}}}, ".faces[0]: ");
   expect({{"vertices", {{0, 0}, {1, 0}}}}, ".vertices[0]: ");
+  EXPECT_NE(message_of({{"density", 1}}).find("mesh"), std::string::npos);
   expect({{"mesh", "cube.obj"}, {"type", "kinematic"}, {"kinematic_poses", {{{"position", 1}}}}},
          ".kinematic_poses[0].position: ");
 }
