@@ -226,6 +226,61 @@ TEST_F(MjcfFile, ThePathOfAnArmAboveAFloorIsProven) {
   EXPECT_EQ(pairs[0].verdict, PairVerdict::Never);
 }
 
+// Heights lie between zero and the third size; a text goes from the top, where y is largest, down.
+TEST_F(MjcfFile, ReadsHeightFields) {
+  const Robot robot = load(R"(<asset>
+      <hfield name="hill" nrow="2" ncol="3" size="4 1 2 .5" elevation="7 3 3  3 3 5"/></asset>
+    <worldbody><geom type="hfield" hfield="hill" pos="0 0 1"/>
+      <body name="ball" pos="0 0 9"><freejoint/><geom size=".1" mass="1"/></body></worldbody>)");
+  const Link& world = link_of(robot, "world");
+  EXPECT_TRUE(world.is_solid);
+  ASSERT_NE(world.shape, nullptr);
+  const AlignedBox box = world.shape->bounding_box();
+  EXPECT_TRUE(box.min().isApprox(Vector3(-4, -1, 0.5), 1e-15)) << box.min().transpose();
+  EXPECT_TRUE(box.max().isApprox(Vector3(4, 1, 3), 1e-15)) << box.max().transpose();
+  const auto& ground = dynamic_cast<const CompoundShape&>(*world.shape);
+  const auto& mesh = dynamic_cast<const TriangleMesh&>(*ground.children()[0].shape);
+  EXPECT_EQ(mesh.vertices()[0], Vector3(-4, -1, 0));
+  EXPECT_EQ(mesh.vertices()[2], Vector3(4, -1, 1));
+  EXPECT_EQ(mesh.vertices()[3], Vector3(-4, 1, 2));
+  EXPECT_TRUE(is_checked(robot, "world", "ball"));
+}
+
+// However large it says it is.
+TEST_F(MjcfFile, AHeightFieldWithoutHeightsIsFlat) {
+  const Robot robot = load(R"(<asset>
+      <hfield name="h" nrow="2000000000" ncol="1000000000" size="1 2 3 4"/></asset>
+    <worldbody><geom type="hfield" hfield="h"/></worldbody>)");
+  const AlignedBox box = link_of(robot, "world").shape->bounding_box();
+  EXPECT_EQ(box.min(), Vector3(-1, -2, -4));
+  EXPECT_EQ(box.max(), Vector3(1, 2, 0));
+}
+
+TEST_F(MjcfFile, NamesWhatIsWrongInHeightFields) {
+  const auto expect = [this](const std::string& field, const std::string& part) {
+    expect_message("<asset><hfield name='h' " + field +
+                       "/></asset><worldbody><geom type='hfield' hfield='h'/></worldbody>",
+                   part);
+  };
+  const std::string size = "size='1 1 1 1' ";
+  expect("nrow='2' ncol='2'", "'size'");
+  expect("size='1 1 0 1' nrow='2' ncol='2'", "four numbers > 0");
+  expect(size, "'nrow'");
+  expect(size + "nrow='1' ncol='2'", "nrow: expected a whole number >= 2");
+  expect(size + "nrow='2' ncol='2.5'", "ncol: expected a whole number >= 2");
+  expect(size + "nrow='2' ncol='2' elevation='1 2 3'", "expected 2 x 2 numbers, found 3");
+  expect(size + "nrow='2' ncol='2' elevation='1 2 3 nan'", "elevation");
+  expect(size + "file='ground.PNG'", "PNG");
+  expect(size + "file='none.bin'", "none.bin");
+  directory_.write("ground.bin", std::string("\2\0\0\0\2\0\0\0short", 13));
+  expect(size + "file='ground.bin'", "found 13 bytes with the counts 2 and 2");
+  directory_.write("ground.bin", std::string("\377\377\377\177\377\377\377\177", 8));
+  expect(size + "file='ground.bin'", "expected a binary height field");
+  const std::string nan("\0\0\300\177", 4);
+  directory_.write("ground.bin", std::string("\2\0\0\0\2\0\0\0", 8) + nan + nan + nan + nan);
+  expect(size + "file='ground.bin'", "finite");
+}
+
 TEST_F(MjcfFile, NamesWhatIsWrong) {
   const std::string body = std::string("<body name='a'>") + kBall;
   expect_message("", "expected a body");
@@ -233,7 +288,8 @@ TEST_F(MjcfFile, NamesWhatIsWrong) {
   expect_message("<compiler eulerseq='xyw'/>", "eulerseq");
   expect_message("<compiler angle='grad'/>", "angle: expected degree or radian");
   expect_message("<default><default><geom/></default></default>", "'class'");
-  expect_world_message("<geom type='hfield' hfield='h'/>", "type: expected plane");
+  expect_world_message("<geom type='heights'/>", "type: expected plane");
+  expect_world_message("<geom type='hfield' hfield='h'/>", "hfield: expected the name of a hfield");
   expect_world_message("<geom size='.1 -.2' type='capsule'/>", "2 numbers > 0");
   expect_world_message("<geom type='capsule' size='.1' fromto='1 1 1 1 1 1'/>", "fromto");
   expect_world_message("<geom type='mesh' mesh='none'/>", "mesh: expected the name of a mesh");

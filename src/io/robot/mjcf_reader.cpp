@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
 #include "io/robot/mjcf_document.h"
+#include "io/robot/mjcf_height_field.h"
 #include "io/robot/robot_parts.h"
 #include "io/robot/robot_shapes.h"
 
@@ -81,7 +83,8 @@ class MjcfReader {
  private:
   void read_assets();
   std::shared_ptr<const Shape> load_mesh(const MjcfElement& asset);
-  std::shared_ptr<const Shape> read_mesh(const MjcfElement& geom);
+  std::shared_ptr<const Shape> load_height_field(const MjcfElement& asset);
+  std::shared_ptr<const Shape> read_asset(const MjcfElement& geom, const char* kind);
   std::shared_ptr<const Shape> read_geom(const MjcfElement& geom, RigidPose& X_FG);
 
   void read_content(const XmlNode& node, const std::string& child_class, const RigidPose& X_BF,
@@ -114,8 +117,9 @@ class MjcfReader {
   MeshFinder meshes_;
   RobotParts parts_;
   std::vector<Body> bodies_;
-  std::map<std::string, XmlNode> mesh_assets_;
-  std::map<std::string, std::shared_ptr<const Shape>> loaded_;
+  using AssetName = std::pair<std::string, std::string>;  // mesh or hfield, and its own
+  std::map<AssetName, XmlNode> assets_;
+  std::map<AssetName, std::shared_ptr<const Shape>> loaded_;
   std::map<std::string, Scalar> joint_references_;     // of hinges and slides
   std::map<std::string, std::size_t> explicit_geoms_;  // of explicit pairs: the body of each
   std::set<NumberPair> explicit_pairs_;
@@ -125,11 +129,13 @@ class MjcfReader {
 
 void MjcfReader::read_assets() {
   for (const XmlNode& node : document_.section("asset")) {
-    if (node.name() != "mesh") continue;
+    if (node.name() != "mesh" && node.name() != "hfield") continue;
     const std::string name = node.has("name")
                                  ? node.text("name")
                                  : std::filesystem::path(node.text("file")).stem().string();
-    if (!mesh_assets_.emplace(name, node).second) node.fail("a second mesh has this name");
+    if (!assets_.emplace(AssetName(node.name(), name), node).second) {
+      node.fail(compose_message("a second ", node.name(), " has this name"));
+    }
   }
 }
 
@@ -189,15 +195,28 @@ std::shared_ptr<const Shape> MjcfReader::load_mesh(const MjcfElement& asset) {
   return std::make_shared<TriangleMesh>(std::move(vertices), std::move(triangles));
 }
 
-std::shared_ptr<const Shape> MjcfReader::read_mesh(const MjcfElement& geom) {
-  const XmlNode node = geom.at("mesh");
-  const std::string name = node.text("mesh");
-  const auto asset = mesh_assets_.find(name);
-  if (asset == mesh_assets_.end()) node.fail_expected("mesh", "the name of a mesh");
+std::shared_ptr<const Shape> MjcfReader::load_height_field(const MjcfElement& asset) {
+  if (!asset.has("file")) return read_height_field(asset, {});
+  const XmlNode node = asset.at("file");
+  const std::filesystem::path path = document_.mesh_path(node.text("file"));
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  if (ending == ".png") node.fail_expected("file", "a binary height field, as PNG is not read");
+  return read_height_field(asset, meshes_.find(node, "file", path.string()));
+}
+
+// The mesh or hfield that a geom names.
+std::shared_ptr<const Shape> MjcfReader::read_asset(const MjcfElement& geom, const char* kind) {
+  const XmlNode node = geom.at(kind);
+  const AssetName name(kind, node.text(kind));
+  const auto asset = assets_.find(name);
+  if (asset == assets_.end()) node.fail_expected(kind, compose_message("the name of a ", kind));
   std::shared_ptr<const Shape>& shape = loaded_[name];
   if (shape) return shape;
   try {
-    shape = load_mesh(MjcfElement(document_, asset->second, ""));
+    const MjcfElement element(document_, asset->second, "");
+    shape = name.first == "mesh" ? load_mesh(element) : load_height_field(element);
   } catch (const FileError&) {
     throw;
   } catch (const InvalidArgument& error) {
@@ -247,7 +266,7 @@ std::shared_ptr<const Shape> MjcfReader::read_geom(const MjcfElement& geom, Rigi
   const std::string type = geom.text_or("type", "sphere");
   X_FG = geom.pose();
   try {
-    if (type == "mesh") return read_mesh(geom);
+    if (type == "mesh" || type == "hfield") return read_asset(geom, type.c_str());
     if (geom.has("mesh")) geom.at("type").fail_expected("type", "mesh, as the geom names one");
     if (type == "plane") return std::make_shared<HalfSpace>();
     if (type == "sphere") return std::make_shared<Sphere>(read_sizes(geom, 1)[0]);
@@ -259,7 +278,8 @@ std::shared_ptr<const Shape> MjcfReader::read_geom(const MjcfElement& geom, Rigi
   } catch (const InvalidArgument& error) {
     geom.node().fail(error.what());
   }
-  geom.at("type").fail_expected("type", "plane, sphere, capsule, ellipsoid, cylinder, box or mesh");
+  geom.at("type").fail_expected("type",
+                                "plane, hfield, sphere, capsule, ellipsoid, cylinder, box or mesh");
 }
 
 std::uint32_t read_mask(const MjcfElement& geom, const char* attribute) {
@@ -299,7 +319,7 @@ void MjcfReader::read_content(const XmlNode& node, const std::string& child_clas
 }
 
 // What the geom weighs: as it states, or by its density. Visual meshes are not read, and a mesh that
-// is not closed has no volume.
+// is not closed has no volume. Planes and height fields weigh nothing.
 Scalar MjcfReader::mass_of(const MjcfElement& geom, const Shape* shape, const std::string& body) {
   if (geom.has("mass")) return geom.number_or("mass", 0);
   constexpr Scalar kWater = 1000;  // literal: the format's default
@@ -344,10 +364,12 @@ Scalar MjcfReader::add_geoms(const BodyContent& content, std::size_t number, Lin
     const bool collides = !mask.is_visual() || paired != explicit_geoms_.end();
     if (!collides && (content.mass || number == 0)) continue;
     RigidPose X_FG;
-    const bool is_read = collides || geom.text_or("type", "sphere") != "mesh";
+    const std::string type = geom.text_or("type", "sphere");
+    const bool is_read = collides || (type != "mesh" && type != "hfield");
     const std::shared_ptr<const Shape> shape = is_read ? read_geom(geom, X_FG) : nullptr;
     const bool is_plane = shape && as_half_space(*shape) != nullptr;
-    if (!content.mass && number != 0 && !is_plane) mass += mass_of(geom, shape.get(), link.name);
+    const bool has_mass = !is_plane && type != "hfield";
+    if (!content.mass && number != 0 && has_mass) mass += mass_of(geom, shape.get(), link.name);
     if (!collides) continue;
     const RigidPose X_BG = placed.X_BF * X_FG;
     if (paired != explicit_geoms_.end()) paired->second = is_plane ? bodies_.size() : number;

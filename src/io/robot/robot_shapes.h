@@ -14,7 +14,7 @@
 
 namespace dyop::io_internal {
 
-/// Finds and loads the meshes that a robot's file names. Each is loaded once per scale.
+/// Finds the files that a robot's file names, and loads meshes, each once per scale.
 class MeshFinder {
  public:
   /// @param file          The robot's file.
@@ -25,11 +25,13 @@ class MeshFinder {
   std::shared_ptr<const TriangleMesh> load(const XmlNode& node, const char* attribute,
                                            const std::string& name, const Vector3& scale);
 
+  /// Any other file that is named so.
+  std::filesystem::path find(const XmlNode& node, const char* attribute, const std::string& name);
+
   /// What was found in another place than the file says, one line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
-  std::filesystem::path find(const XmlNode& node, const char* attribute, const std::string& name);
   std::filesystem::path find_by_name(const XmlNode& node, const char* attribute,
                                      const std::string& name, const std::filesystem::path& wanted);
 
