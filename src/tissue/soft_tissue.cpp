@@ -68,6 +68,12 @@ std::size_t SoftTissue::node_count() const {
 std::span<const Vector3> SoftTissue::vertices() const {
   return body_->vertices();
 }
+std::span<const TriangleIndices> SoftTissue::triangles() const {
+  return body_->triangles();
+}
+CutReport SoftTissue::cut(const TissueKerf& kerf) {
+  return body_->cut(kerf);
+}
 TissueBalance SoftTissue::balance() const {
   return body_->balance();
 }

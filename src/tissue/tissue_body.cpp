@@ -65,16 +65,11 @@ Quaternion nearest_rotation(const Matrix3& f, Quaternion start) {
 }
 
 TissueBody::TissueBody(const TriangleMesh& surface_W, const SoftTissueOptions& options)
-    : options_(options), surface_(surface_W), lattice_(surface_W, options) {
+    : options_(options),
+      triangles_(surface_W.triangles().begin(), surface_W.triangles().end()),
+      lattice_(surface_W, options) {
   const std::size_t count = lattice_.nodes().size();
-  std::int32_t next = 0;
-  for (const Vector3& p : lattice_.nodes()) {
-    const bool is_fixed = std::any_of(options_.fixed.begin(), options_.fixed.end(),
-                                      [&](const AlignedBox& box) { return box.contains(p); });
-    free_number_.push_back(is_fixed ? -1 : next++);
-  }
-  free_count_ = next;
-  is_held_nowhere_ = std::size_t(next) == count;
+  number_free_nodes();
   rest_.resize(3, Eigen::Index(count));
   for (std::size_t n = 0; n < count; ++n) rest_.col(Eigen::Index(n)) = lattice_.nodes()[n];
   x_ = rest_;
@@ -83,10 +78,24 @@ TissueBody::TissueBody(const TriangleMesh& surface_W, const SoftTissueOptions& o
   turns_.assign(lattice_.cubes().size(), Quaternion::Identity());
   rotations_.assign(turns_.size(), Matrix3::Identity());
   node_rotations_.assign(count, Matrix3::Identity());
-  vertices_.resize(surface_.vertices().size());
+  vertices_.resize(surface_W.vertices().size());
   factorise();
   find_forces();
   place_vertices();
+}
+
+void TissueBody::number_free_nodes() {
+  free_number_.clear();
+  is_part_held_.assign(lattice_.part_count(), 0);
+  std::int32_t next = 0;
+  for (std::size_t n = 0; n < lattice_.nodes().size(); ++n) {
+    const Vector3& p = lattice_.nodes()[n];
+    const bool is_fixed = std::any_of(options_.fixed.begin(), options_.fixed.end(),
+                                      [&](const AlignedBox& box) { return box.contains(p); });
+    free_number_.push_back(is_fixed ? -1 : next++);
+    if (is_fixed) is_part_held_[std::size_t(lattice_.part_of_node(std::int32_t(n)))] = 1;
+  }
+  free_count_ = next;
 }
 
 // Whether single precision suffices for a preconditioner. The largest eigenvalue is about that of
@@ -295,14 +304,29 @@ int TissueBody::solve(const NodeVectors& rhs, NodeVectors& v, int most) const {
   return iteration;
 }
 
-// Of a body that is held nowhere the elastic forces sum to zero, so the residual's sum is the
+// Of a part that is held nowhere the elastic forces sum to zero, so the residual's sum is the
 // momentum that v lacks. A common velocity strains nothing and settles it.
 void TissueBody::keep_momentum(const NodeVectors& rest, NodeVectors& v) const {
-  if (!is_held_nowhere_) return;
-  Scalar mass = 0;
-  for (const Scalar m : lattice_.masses()) mass += m;
   const Scalar inertia = 1 + options_.material.drag * options_.period;
-  v.colwise() += rest.rowwise().sum() / (inertia * mass);
+  v += common_velocity(rest) / inertia;
+}
+
+// Of the nodes of each part that is held nowhere: the sum of these impulses over its mass.
+NodeVectors TissueBody::common_velocity(const NodeVectors& impulses) const {
+  NodeVectors sums = NodeVectors::Zero(3, Eigen::Index(is_part_held_.size()));
+  std::vector<Scalar> masses(is_part_held_.size(), 0);
+  for (Eigen::Index n = 0; n < impulses.cols(); ++n) {
+    const std::int32_t part = lattice_.part_of_node(std::int32_t(n));
+    sums.col(part) += impulses.col(n);
+    masses[std::size_t(part)] += lattice_.masses()[std::size_t(n)];
+  }
+  NodeVectors common = NodeVectors::Zero(3, impulses.cols());
+  for (Eigen::Index n = 0; n < impulses.cols(); ++n) {
+    const std::int32_t part = lattice_.part_of_node(std::int32_t(n));
+    if (is_part_held_[std::size_t(part)] != 0) continue;
+    common.col(n) = sums.col(part) / masses[std::size_t(part)];
+  }
+  return common;
 }
 
 Scalar TissueBody::kinetic_energy(const NodeVectors& v) const {
@@ -354,18 +378,13 @@ void TissueBody::finish_step(NodeVectors v, const NodeVectors& impulses) {
   place_vertices();
 }
 
-// None if the body is held somewhere.
+// Of each part; none of those that are held.
 NodeVectors TissueBody::mean_velocity(const NodeVectors& v) const {
-  NodeVectors mean = NodeVectors::Zero(3, v.cols());
-  if (!is_held_nowhere_) return mean;
-  Vector3 momentum = Vector3::Zero();
-  Scalar mass = 0;
+  NodeVectors momenta(3, v.cols());
   for (Eigen::Index n = 0; n < v.cols(); ++n) {
-    momentum += lattice_.masses()[std::size_t(n)] * v.col(n);
-    mass += lattice_.masses()[std::size_t(n)];
+    momenta.col(n) = lattice_.masses()[std::size_t(n)] * v.col(n);
   }
-  mean.colwise() = Vector3(momentum / mass);
-  return mean;
+  return common_velocity(momenta);
 }
 
 void TissueBody::place_vertices() {
@@ -426,36 +445,65 @@ NodeVectors TissueBody::impulses_of(std::span<const SurfaceForce> forces) const 
 
 void TissueBody::prepare_response() {
   if (!surface_number_.empty()) return;
+  number_surface_nodes();
+  std::vector<std::int32_t> nodes;
+  for (std::size_t n = 0; n < surface_number_.size(); ++n) {
+    if (surface_number_[n] >= 0) nodes.push_back(std::int32_t(n));
+  }
+  std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) {
+    return surface_number_[std::size_t(a)] < surface_number_[std::size_t(b)];
+  });
+  add_response(std::move(nodes));
+}
+
+void TissueBody::number_surface_nodes() {
   surface_number_.assign(free_number_.size(), -1);
-  std::vector<Eigen::Index> rows;  // of the factor
+  response_rows_.clear();
   for (const Embedding& embedding : lattice_.embeddings()) {
     for (const std::int32_t node : embedding.nodes) {
       Eigen::Index& number = surface_number_[std::size_t(node)];
       if (number >= 0 || !is_free(node)) continue;
-      number = Eigen::Index(rows.size());
-      rows.push_back(3 * Eigen::Index(free_number_[std::size_t(node)]));
+      number = Eigen::Index(response_rows_.size());
+      response_rows_.push_back(3 * Eigen::Index(free_number_[std::size_t(node)]));
     }
   }
-  const auto count = Eigen::Index(rows.size());
+  const auto count = Eigen::Index(response_rows_.size());
   response_.resize(3 * count, 3 * count);
+  has_response_.assign(response_rows_.size(), 0);
+}
+
+// Columns of the response: what impulses on these nodes do.
+void TissueBody::add_response(std::vector<std::int32_t> nodes) {
+  std::erase_if(nodes, [&](std::int32_t node) {
+    return has_response_[std::size_t(surface_number_[std::size_t(node)])] != 0;
+  });
+  const auto count = Eigen::Index(nodes.size());
   constexpr Eigen::Index kTogether = 16;  // nodes: enough for products of matrices
   const auto portion = [&](std::size_t index, std::size_t) {
     const Eigen::Index first = Eigen::Index(index) * kTogether;
     const Eigen::Index taken = std::min(kTogether, count - first);
+    const auto number = [&](Eigen::Index k) {
+      return surface_number_[std::size_t(nodes[std::size_t(first + k)])];
+    };
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(3 * free_count_, 3 * taken);
     for (Eigen::Index k = 0; k < taken; ++k) {
-      columns.block<3, 3>(rows[std::size_t(first + k)], 3 * k).setIdentity();
+      columns.block<3, 3>(response_rows_[std::size_t(number(k))], 3 * k).setIdentity();
     }
     factor_.solve(columns);
-    for (Eigen::Index n = 0; n < count; ++n) {
-      response_.block(3 * n, 3 * first, 3, 3 * taken) =
-          columns.middleRows<3>(rows[std::size_t(n)]).cast<float>();
+    for (Eigen::Index k = 0; k < taken; ++k) {
+      for (std::size_t n = 0; n < response_rows_.size(); ++n) {
+        response_.block<3, 3>(3 * Eigen::Index(n), 3 * number(k)) =
+            columns.block<3, 3>(response_rows_[n], 3 * k).cast<float>();
+      }
     }
   };
   run_batch(std::size_t((count + kTogether - 1) / kTogether), {}, portion);
+  for (const std::int32_t node : nodes) {
+    has_response_[std::size_t(surface_number_[std::size_t(node)])] = 1;
+  }
 }
 
-Eigen::MatrixXd TissueBody::response(std::span<const CarriedPoint* const> points) const {
+Eigen::MatrixXd TissueBody::response(std::span<const CarriedPoint* const> points) {
   std::vector<std::int32_t> nodes;  // that move, each once
   for (const CarriedPoint* point : points) {
     std::copy_if(point->nodes.begin(), point->nodes.end(), std::back_inserter(nodes),
@@ -463,6 +511,7 @@ Eigen::MatrixXd TissueBody::response(std::span<const CarriedPoint* const> points
   }
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  add_response(nodes);
   // The nodes' answers to impulses at the points, then those of the points.
   const auto count = Eigen::Index(nodes.size()), size = Eigen::Index(points.size());
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(count, size);

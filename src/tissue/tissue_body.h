@@ -11,7 +11,8 @@
 
 namespace dyop::tissue_internal {
 
-using NodeVectors = Eigen::Matrix<Scalar, 3, Eigen::Dynamic>;
+struct KerfSurface;
+class LatticeCut;
 
 /// The rotation nearest to a matrix, from a start near to it: Newton's method on the group, with
 /// the steps of [Mueller2016] where the matrix turns inside out.
@@ -32,7 +33,7 @@ class TissueBody {
   const SoftTissueOptions& options() const { return options_; }
   const TissueLattice& lattice() const { return lattice_; }
   std::span<const Vector3> vertices() const { return vertices_; }
-  std::span<const TriangleIndices> triangles() const { return surface_.triangles(); }
+  std::span<const TriangleIndices> triangles() const { return triangles_; }
   /// @throws InvalidArgument if there is no such triangle, or a weight is not finite.
   CarriedPoint carried_point(std::int32_t triangle, const Vector3& weights) const;
   Vector3 place(const CarriedPoint& point) const { return sum_of(point, x_); }
@@ -56,11 +57,12 @@ class TissueBody {
   NodeVectors impulses_of(std::span<const SurfaceForce> forces) const;
   static void add_impulse(const CarriedPoint& point, const Vector3& impulse_W, NodeVectors& sum);
 
-  /// How all nodes at the surface answer each other, for response().
+  /// How all nodes at the surface answer each other, for response(). After a cut it is found for the
+  /// nodes that are asked for.
   void prepare_response();
   /// The velocities that impulses at these points make within a step, from the factor: near to J
   /// A^-1 J^T. Symmetric, 3 x 3 a pair.
-  Eigen::MatrixXd response(std::span<const CarriedPoint* const> points) const;
+  Eigen::MatrixXd response(std::span<const CarriedPoint* const> points);
 
   const NodeVectors& velocities() const { return v_; }
   void set_velocities(const NodeVectors& v) { v_ = v; }
@@ -68,10 +70,21 @@ class TissueBody {
   void move(const RigidPose& X);
   TissueBalance balance() const;
 
+  /// See SoftTissue::cut().
+  CutReport cut(const TissueKerf& kerf);
+
  private:
   Vector24 corner_values(std::size_t cube, const NodeVectors& field) const;
   Vector24 strained(std::size_t cube) const;
+  void number_free_nodes();
   void factorise();
+  void number_surface_nodes();
+  void add_response(std::vector<std::int32_t> nodes);
+  std::vector<Host> hosts_of(const KerfSurface& surface, const LatticeCut& cut) const;
+  Vector3 rest_place(std::int32_t triangle, const Vector3& p_W) const;
+  void take(const LatticePieces& pieces);
+  void take_surface(const KerfSurface& surface, LatticePieces& pieces);
+  void bound_energy(Scalar most, const LatticePieces& pieces);
   bool is_tame(const BlockRows& rows) const;
   Matrix3 turned_response(std::int32_t n, std::int32_t m) const;
   void keep_momentum(const NodeVectors& rest, NodeVectors& v) const;
@@ -81,14 +94,15 @@ class TissueBody {
   Scalar kinetic_energy(const NodeVectors& v) const;
   Scalar work_of_weight(const NodeVectors& change) const;
   NodeVectors mean_velocity(const NodeVectors& v) const;
+  NodeVectors common_velocity(const NodeVectors& impulses) const;
   void place_vertices();
 
   SoftTissueOptions options_;
-  TriangleMesh surface_;
+  std::vector<TriangleIndices> triangles_;
   TissueLattice lattice_;
   std::vector<std::int32_t> free_number_;  // of each node; -1: fixed
   Eigen::Index free_count_ = 0;
-  bool is_held_nowhere_ = true;
+  std::vector<char> is_part_held_;  // of the lattice's parts: somewhere
   NestedCholesky factor_;
   NodeVectors rest_;
   NodeVectors x_;
@@ -101,6 +115,8 @@ class TissueBody {
   std::vector<Vector3> vertices_;
   NodeVectors last_impulses_;
   std::vector<Eigen::Index> surface_number_;  // of each node: in the response; -1: fixed or inside
+  std::vector<Eigen::Index> response_rows_;   // the factor's, of each of these
+  std::vector<char> has_response_;            // the same
   Eigen::MatrixXf response_;                  // single precision: contacts are solved twice
 };
 

@@ -1,186 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tissue/tissue_lattice.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <bitset>
 #include <cmath>
+#include <numeric>
 
 #include "dyop/core/error.h"
+#include "tissue/disjoint_sets.h"
+#include "tissue/lattice_cut.h"
 
 namespace dyop::tissue_internal {
 namespace {
 
-// Of what lies outside the surface, relative to the material.
-constexpr Scalar kOutside = 1e-3;
-// Points at which a cube that the surface crosses is examined: a rank-1 lattice, whose projection
-// on each axis has all of them, evenly spread, so faces along the axes are placed to 1 %.
-constexpr int kPoints = 101;
-constexpr std::array<int, 3> kGenerator{1, 40, 85};  // 40^2 = 85 modulo 101
 // More would not fit the memory: a node needs some kilobytes in the factor.
 constexpr std::int64_t kMostCubes = 1'000'000;
 
-using Matrix6 = Eigen::Matrix<Scalar, 6, 6>;
-using Matrix9 = Eigen::Matrix<Scalar, 9, 9>;
-using Matrix6x24 = Eigen::Matrix<Scalar, 6, 24>;
-using Matrix6x9 = Eigen::Matrix<Scalar, 6, 9>;
-using Gradients = Eigen::Matrix<Scalar, 3, 8>;
-
-Matrix6 elasticity(const TissueMaterial& material) {
-  const Scalar nu = material.poissons_ratio;
-  const Scalar mu = material.youngs_modulus / (2 * (1 + nu));
-  const Scalar lambda = material.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu));
-  Matrix6 d = Matrix6::Zero();
-  d.topLeftCorner<3, 3>().setConstant(lambda);
-  for (int i = 0; i < 3; ++i) d(i, i) += 2 * mu;
-  for (int i = 3; i < 6; ++i) d(i, i) = mu;
-  return d;
-}
-
-int corner_place(std::size_t corner, int axis) {
-  return int(corner >> axis) & 1;
-}
-
-// Trilinear weights of the corners at a point of the unit cube.
-std::array<Scalar, 8> weights_at(const Vector3& p) {
-  std::array<Scalar, 8> weights;
-  for (std::size_t c = 0; c < 8; ++c) {
-    weights[c] = 1;
-    for (int axis = 0; axis < 3; ++axis) {
-      weights[c] *= corner_place(c, axis) == 1 ? p[axis] : 1 - p[axis];
-    }
-  }
-  return weights;
-}
-
-Gradients gradients_at(const Vector3& p) {
-  Gradients gradients;
-  for (std::size_t c = 0; c < 8; ++c) {
-    for (int along = 0; along < 3; ++along) {
-      Scalar product = 1;
-      for (int axis = 0; axis < 3; ++axis) {
-        const bool is_upper = corner_place(c, axis) == 1;
-        product *= axis == along ? (is_upper ? 1 : -1) : (is_upper ? p[axis] : 1 - p[axis]);
-      }
-      gradients(along, Eigen::Index(c)) = product;
-    }
-  }
-  return gradients;
-}
-
-// The strain of a displacement field along axis j with this gradient: xx yy zz yz zx xy.
-template <typename Columns>
-void set_strain(const Vector3& gradient, Eigen::Index first, Columns& b) {
-  for (int j = 0; j < 3; ++j) {
-    b(j, first + j) = gradient[j];
-    b(3 + (j + 1) % 3, first + j) = gradient[(j + 2) % 3];
-    b(3 + (j + 2) % 3, first + j) = gradient[(j + 1) % 3];
-  }
-}
-
-Matrix6x24 strain_at(const Vector3& p) {
-  const Gradients gradients = gradients_at(p);
-  Matrix6x24 b = Matrix6x24::Zero();
-  for (int c = 0; c < 8; ++c) set_strain(gradients.col(c), 3 * c, b);
-  return b;
-}
-
-// Wilson's modes: 1 - x^2 of each axis, x from -1 to 1.
-Matrix6x9 bubble_strain_at(const Vector3& p) {
-  Matrix6x9 b = Matrix6x9::Zero();
-  for (int i = 0; i < 3; ++i) {
-    Vector3 gradient = Vector3::Zero();
-    gradient[i] = 4 - 8 * p[i];  // of 1 - (2 p - 1)^2
-    set_strain(gradient, 3 * i, b);
-  }
-  return b;
-}
-
-// Integrates an element over weighted points of the unit cube.
-class ElementSum {
- public:
-  explicit ElementSum(const Matrix6& d) : d_(d) {}
-
-  void add(const Vector3& p, Scalar weight) {
-    const Matrix6x24 b = strain_at(p);
-    const Matrix6x9 bubble = bubble_strain_at(p);
-    const Matrix6x24 db = weight * d_ * b;
-    const Matrix6x9 d_bubble = weight * d_ * bubble;
-    stiffness_.noalias() += b.transpose() * db;
-    coupling_.noalias() += b.transpose() * d_bubble;
-    bubbles_.noalias() += bubble.transpose() * d_bubble;
-    strain_ += weight * b;
-    bubble_strain_ += weight * bubble;
-    gradients_ += weight * gradients_at(p);
-    const std::array<Scalar, 8> shares = weights_at(p);
-    for (std::size_t c = 0; c < 8; ++c) masses_[c] += weight * shares[c];
-    volume_ += weight;
-  }
-
-  // The mean of the bubbles' strain is taken out: a constant strain then does not move them, so
-  // that uniform strain is exact also in a part of a cube [Taylor1976].
-  CubeElement finish(Scalar edge, Scalar density) const {
-    const Matrix6x9 mean = bubble_strain_ / volume_;
-    const Eigen::Matrix<Scalar, 24, 9> coupling = coupling_ - strain_.transpose() * d_ * mean;
-    const Matrix9 bubbles = bubbles_ - volume_ * mean.transpose() * d_ * mean;
-    CubeElement element;
-    element.stiffness = edge * (stiffness_ - coupling * bubbles.ldlt().solve(coupling.transpose()));
-    element.stiffness = (element.stiffness + element.stiffness.transpose()).eval() / 2;
-    element.gradients = gradients_ / (volume_ * edge);
-    for (std::size_t c = 0; c < 8; ++c)
-      element.masses[c] = density * std::pow(edge, 3) * masses_[c];
-    return element;
-  }
-
- private:
-  Matrix6 d_;
-  Matrix24 stiffness_ = Matrix24::Zero();
-  Eigen::Matrix<Scalar, 24, 9> coupling_ = Eigen::Matrix<Scalar, 24, 9>::Zero();
-  Matrix9 bubbles_ = Matrix9::Zero();
-  Matrix6x24 strain_ = Matrix6x24::Zero();
-  Matrix6x9 bubble_strain_ = Matrix6x9::Zero();
-  Gradients gradients_ = Gradients::Zero();
-  std::array<Scalar, 8> masses_{};
-  Scalar volume_ = 0;
-};
-
-CubeElement full_element(const Matrix6& d, Scalar edge, Scalar density) {
-  ElementSum sum(d);
-  const Scalar away = 0.5 / std::sqrt(Scalar{3});  // Gauss points
-  for (std::size_t c = 0; c < 8; ++c) {
-    Vector3 p;
-    for (int axis = 0; axis < 3; ++axis) {
-      p[axis] = 0.5 + (corner_place(c, axis) == 1 ? away : -away);
-    }
-    sum.add(p, 0.125);
-  }
-  return sum.finish(edge, density);
-}
-
-Vector3 point_of(int number) {
-  Vector3 p;
-  for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = (Scalar((number * kGenerator[std::size_t(axis)]) % kPoints) + 0.5) / kPoints;
-  }
-  return p;
-}
-
-using Inside = std::bitset<kPoints>;
-
-Inside points_inside(const TriangleMesh& mesh, const Vector3& corner, Scalar edge) {
-  Inside inside;
-  for (int k = 0; k < kPoints; ++k) {
-    inside[std::size_t(k)] = contains(mesh, corner + edge * point_of(k));
+Samples samples_inside(const TriangleMesh& mesh, const Vector3& corner, Scalar edge) {
+  Samples inside;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    inside[k] = contains(mesh, corner + edge * sample_place(k));
   }
   return inside;
-}
-
-CubeElement part_element(const Matrix6& d, const Inside& inside, Scalar edge, Scalar density) {
-  ElementSum sum(d);
-  for (int k = 0; k < kPoints; ++k) {
-    sum.add(point_of(k), (inside[std::size_t(k)] ? 1 : kOutside) / kPoints);
-  }
-  return sum.finish(edge, density);
 }
 
 }  // namespace
@@ -199,7 +39,11 @@ TissueLattice::TissueLattice(const TriangleMesh& mesh, const SoftTissueOptions& 
   cube_at_.assign(std::size_t(counts_.prod()), -1);
   add_cubes(mesh, options);
   embed(mesh.vertices());
-  scale_masses(mesh.compute_mass_properties(options.material.density).mass);
+  sum_masses();
+  const Scalar sum = std::accumulate(masses_.begin(), masses_.end(), Scalar{0});
+  mass_scale_ = mesh.compute_mass_properties(options.material.density).mass / sum;
+  for (Scalar& m : masses_) m *= mass_scale_;
+  find_parts();
 }
 
 std::size_t TissueLattice::cube_index(const Cell& cell) const {
@@ -251,24 +95,26 @@ void TissueLattice::add_cubes(const TriangleMesh& mesh, const SoftTissueOptions&
       for (cell.x() = 0; cell.x() < counts_.x(); ++cell.x()) {
         const Vector3 corner = origin_ + edge_ * cell.cast<Scalar>();
         if (is_crossed[cube_index(cell)] != 0) {
-          const Inside inside = points_inside(mesh, corner, edge_);
-          if (!inside.all()) elements_.push_back(part_element(d, inside, edge_, density));
-          add_cube(cell, inside.all() ? 0 : elements_.size() - 1);
+          const Samples inside = samples_inside(mesh, corner, edge_);
+          if (!inside.all()) elements_.push_back(part_element(d, inside, ~inside, edge_, density));
+          add_cube(cell, inside.all() ? 0 : elements_.size() - 1, inside);
         } else if (contains(mesh, corner + Vector3::Constant(edge_ / 2))) {
-          add_cube(cell, 0);
+          add_cube(cell, 0, Samples().set());
         }
       }
     }
   }
 }
 
-void TissueLattice::add_cube(const Cell& cell, std::size_t kind) {
+void TissueLattice::add_cube(const Cell& cell, std::size_t kind, const Samples& material) {
   cube_at_[cube_index(cell)] = std::int32_t(cubes_.size());
   kinds_.push_back(kind);
+  cube_cells_.push_back(cell);
+  materials_.push_back(material);
+  lights_.push_back(~material);
   Corners corners;
   for (std::size_t c = 0; c < 8; ++c) {
     corners[c] = add_node(cell + Cell(corner_place(c, 0), corner_place(c, 1), corner_place(c, 2)));
-    masses_[std::size_t(corners[c])] += elements_[kind].masses[c];
   }
   cubes_.push_back(corners);
 }
@@ -279,28 +125,86 @@ std::int32_t TissueLattice::add_node(const Cell& cell) {
     node = std::int32_t(nodes_.size());
     nodes_.push_back(origin_ + edge_ * cell.cast<Scalar>());
     cells_.push_back(cell);
-    masses_.push_back(0);
   }
   return node;
 }
 
 void TissueLattice::embed(std::span<const Vector3> vertices) {
   for (const Vector3& p : vertices) {
-    Cell cell = cell_of(p);
+    const Cell cell = cell_of(p);
     const std::int32_t cube = cube_at_[cube_index(cell)];
-    Embedding embedding;
-    if (cube >= 0) {  // else a vertex that no triangle uses
-      embedding.nodes = cubes_[std::size_t(cube)];
-      embedding.weights = weights_at((p - origin_) / edge_ - cell.cast<Scalar>());
-    }
-    embeddings_.push_back(embedding);
+    hosts_.push_back({cube, (p - origin_) / edge_ - cell.cast<Scalar>()});
+  }
+  embed_hosts();
+}
+
+void TissueLattice::embed_hosts() {
+  embeddings_.assign(hosts_.size(), {});
+  for (std::size_t k = 0; k < hosts_.size(); ++k) {
+    if (hosts_[k].cube < 0) continue;
+    embeddings_[k].nodes = cubes_[std::size_t(hosts_[k].cube)];
+    embeddings_[k].weights = weights_at(hosts_[k].place);
   }
 }
 
-void TissueLattice::scale_masses(Scalar mass) {
-  Scalar sum = 0;
-  for (const Scalar m : masses_) sum += m;
-  for (Scalar& m : masses_) m *= mass / sum;
+Vector3 TissueLattice::rest_place(const Host& host) const {
+  return origin_ + edge_ * (cube_cells_[std::size_t(host.cube)].cast<Scalar>() + host.place);
+}
+
+void TissueLattice::sum_masses() {
+  masses_.assign(nodes_.size(), 0);
+  for (std::size_t k = 0; k < cubes_.size(); ++k) {
+    for (std::size_t c = 0; c < 8; ++c) {
+      masses_[std::size_t(cubes_[k][c])] += element(k).masses[c];
+    }
+  }
+}
+
+void TissueLattice::find_parts() {
+  DisjointSets sets(nodes_.size());
+  for (const Corners& corners : cubes_) {
+    for (const std::int32_t node : corners) sets.join(std::size_t(corners[0]), std::size_t(node));
+  }
+  part_count_ = 0;
+  parts_.clear();
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const std::size_t lead = sets.find(n);
+    parts_.push_back(lead == n ? std::int32_t(part_count_++) : parts_[lead]);
+  }
+}
+
+void TissueLattice::become(const LatticePieces& pieces, const TissueMaterial& material) {
+  TissueLattice old = std::move(*this);
+  *this = TissueLattice(old.origin_, old.edge_, old.mass_scale_);
+  for (const std::int32_t node : pieces.old_nodes) {
+    nodes_.push_back(old.nodes_[std::size_t(node)]);
+    cells_.push_back(old.cells_[std::size_t(node)]);
+  }
+  const Matrix6 d = elasticity(material);
+  elements_.push_back(old.elements_[0]);
+  for (const LatticePieces::Cube& cube : pieces.cubes) {
+    const auto number = std::size_t(cube.old);
+    const bool is_full = !cube.is_changed && old.kinds_[number] == 0;
+    kinds_.push_back(is_full ? 0 : elements_.size());
+    if (!is_full) {
+      elements_.push_back(cube.is_changed
+                              ? part_element(d, cube.material, cube.light, edge_, material.density)
+                              : old.element(number));
+    }
+    cubes_.push_back(cube.nodes);
+    cube_cells_.push_back(old.cube_cells_[number]);
+    materials_.push_back(cube.material);
+    lights_.push_back(cube.light);
+  }
+  hosts_ = pieces.hosts;
+  embed_hosts();
+  sum_masses();
+  for (Scalar& m : masses_) m *= mass_scale_;
+  find_parts();
+}
+
+void TissueLattice::soften(const std::vector<std::size_t>& cubes, Scalar factor) {
+  for (const std::size_t cube : cubes) elements_[kinds_[cube]].stiffness *= factor;
 }
 
 }  // namespace dyop::tissue_internal

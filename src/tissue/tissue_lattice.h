@@ -10,22 +10,13 @@
 
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/tissue/soft_tissue.h"
+#include "tissue/cube_element.h"
 #include "tissue/nested_cholesky.h"
 
 namespace dyop::tissue_internal {
 
-using Matrix24 = Eigen::Matrix<Scalar, 24, 24>;
-using Vector24 = Eigen::Matrix<Scalar, 24, 1>;
 using Corners = std::array<std::int32_t, 8>;
-
-/// A cube of the lattice at rest, or the part of one inside the surface: trilinear, with Wilson's
-/// incompatible modes condensed [Wilson1973], so that bending does not lock.
-struct CubeElement {
-  Matrix24 stiffness = Matrix24::Zero();
-  /// Of the mean deformation gradient: F = sum over corners of x (its column)^T.
-  Eigen::Matrix<Scalar, 3, 8> gradients = Eigen::Matrix<Scalar, 3, 8>::Zero();
-  std::array<Scalar, 8> masses{};  ///< of the corners
-};
+using NodeVectors = Eigen::Matrix<Scalar, 3, Eigen::Dynamic>;
 
 /// The nodes around a vertex of the surface, with weights that sum to one.
 struct Embedding {
@@ -33,8 +24,17 @@ struct Embedding {
   std::array<Scalar, 8> weights{};
 };
 
+/// A place in a cube at rest, the cube's edge as unit.
+struct Host {
+  std::int32_t cube = -1;  ///< -1: of a vertex that no triangle uses
+  Vector3 place = Vector3::Zero();
+};
+
+struct LatticePieces;
+
 /// Equal cubes that cover the inside of a closed mesh and its surface. What a cube has outside
-/// counts a thousandth, so that no node is without stiffness.
+/// counts a thousandth, so that no node is without stiffness. After a cut several cubes may be at one
+/// place, each with its part of the material there.
 class TissueLattice {
  public:
   TissueLattice(const TriangleMesh& mesh, const SoftTissueOptions& options);
@@ -46,16 +46,37 @@ class TissueLattice {
   const CubeElement& element(std::size_t cube) const { return elements_[kinds_[cube]]; }
   const std::vector<Embedding>& embeddings() const { return embeddings_; }  ///< of the vertices
 
+  Scalar edge() const { return edge_; }
+  const std::vector<Host>& hosts() const { return hosts_; }  ///< of the vertices
+  Vector3 rest_place(const Host& host) const;
+  const Cell& cube_cell(std::size_t cube) const { return cube_cells_[cube]; }
+  /// The samples that are inside the surface, and those that have a thousandth of the mass.
+  const Samples& material(std::size_t cube) const { return materials_[cube]; }
+  const Samples& light(std::size_t cube) const { return lights_[cube]; }
+  /// Cubes that share nodes are of one part; numbered from 0.
+  std::int32_t part_of_cube(std::size_t cube) const { return part_of_node(cubes_[cube][0]); }
+  std::int32_t part_of_node(std::int32_t node) const { return parts_[std::size_t(node)]; }
+  std::size_t part_count() const { return part_count_; }
+
+  /// What a cut has left: the changed cubes are integrated anew.
+  void become(const LatticePieces& pieces, const TissueMaterial& material);
+  /// Scales the stiffness of cubes.
+  void soften(const std::vector<std::size_t>& cubes, Scalar factor);
+
  private:
+  TissueLattice(const Vector3& origin, Scalar edge, Scalar mass_scale)
+      : origin_(origin), edge_(edge), counts_(Cell::Zero()), mass_scale_(mass_scale) {}
   std::size_t cube_index(const Cell& cell) const;
   std::size_t node_index(const Cell& cell) const;
   Cell cell_of(const Vector3& p) const;
   std::vector<Cell> covered_cells(const TriangleMesh& mesh) const;
   void add_cubes(const TriangleMesh& mesh, const SoftTissueOptions& options);
-  void add_cube(const Cell& cell, std::size_t kind);
+  void add_cube(const Cell& cell, std::size_t kind, const Samples& material);
   std::int32_t add_node(const Cell& cell);
   void embed(std::span<const Vector3> vertices);
-  void scale_masses(Scalar mass);
+  void embed_hosts();
+  void sum_masses();
+  void find_parts();
 
   Vector3 origin_;
   Scalar edge_;
@@ -66,9 +87,15 @@ class TissueLattice {
   std::vector<Vector3> nodes_;
   std::vector<Scalar> masses_;
   std::vector<Corners> cubes_;
+  std::vector<Cell> cube_cells_;
+  std::vector<Samples> materials_, lights_;
   std::vector<std::size_t> kinds_;
   std::vector<CubeElement> elements_;
+  std::vector<Host> hosts_;
   std::vector<Embedding> embeddings_;
+  Scalar mass_scale_ = 1;            // so that the cubes' masses sum to the mesh's
+  std::vector<std::int32_t> parts_;  // of the nodes
+  std::size_t part_count_ = 0;
 };
 
 }  // namespace dyop::tissue_internal

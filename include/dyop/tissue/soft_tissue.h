@@ -59,6 +59,26 @@ struct TissueBalance {
   Scalar energy() const { return kinetic_energy + elastic_energy + potential_energy; }
 };
 
+/// What a blade takes out of tissue: a box, thin along one of its axes.
+struct TissueKerf {
+  RigidPose X_WK;                          ///< pose of the box in world, its middle as origin
+  Vector3 half_extents = Vector3::Zero();  ///< length, finite, > 0
+};
+
+/// What came of a cut.
+enum class CutStatus {
+  NotRun,
+  Missed,       ///< The kerf does not meet the tissue, which is as before.
+  Cut,          ///< The tissue has another surface.
+  NothingLeft,  ///< The kerf holds all of the tissue, which is as before.
+  Unclear,      ///< The tissue is as before: its surface crosses itself in the kerf.
+};
+
+struct CutReport {
+  CutStatus status = CutStatus::NotRun;
+  std::size_t parts = 1;  ///< of the tissue that are not connected, after the cut
+};
+
 class SoftTissue;
 
 namespace tissue_internal {
@@ -77,7 +97,7 @@ TissueBody& body_of(SoftTissue& tissue);
 /// nothing.
 ///
 /// Not modelled: contact of the tissue with itself, detail below a cube (parts of the surface
-/// closer than a cube are glued), large changes of volume.
+/// closer than a cube are glued, but for the sides of a cut), large changes of volume.
 class SoftTissue {
  public:
   /// @param surface_W Closed, with positive volume, in world, at rest.
@@ -97,7 +117,8 @@ class SoftTissue {
   /// @throws InvalidArgument if a triangle is out of range, or a number not finite.
   int step(std::span<const SurfaceForce> forces = {});
 
-  std::span<const Vector3> vertices() const;  ///< of the surface, now, in world
+  std::span<const Vector3> vertices() const;           ///< of the surface, now, in world
+  std::span<const TriangleIndices> triangles() const;  ///< of the surface: changed by cut() alone
   Vector3 velocity(std::int32_t triangle, const Vector3& weights) const;
 
   /// Gives all nodes that can move the velocity v + w x p, in world; p from the world's origin.
@@ -108,6 +129,17 @@ class SoftTissue {
   void move(const RigidPose& X);
 
   TissueBalance balance() const;
+
+  /// Takes everything inside the kerf away, as the tissue is now. The surface less the kerf, closed
+  /// by caps, is the new one; vertices and triangles have other numbers. Both sides of a kerf move
+  /// on their own, however thin it is: cubes that it divides are doubled [Molino2004]. What is left
+  /// keeps its places, velocities and momentum; the elastic energy does not rise. A cut ends where
+  /// it leaves material connected within a cube; crumbs below a fiftieth of a cube go with it.
+  ///
+  /// Cost: a factorisation, some tenths of a second for 2,000 cubes. The next joint steps find what
+  /// prepare_joint_steps() has found, for the nodes they need.
+  /// @throws InvalidArgument if the pose or an extent is not finite, or an extent not > 0.
+  CutReport cut(const TissueKerf& kerf);
 
  private:
   friend tissue_internal::TissueBody& tissue_internal::body_of(SoftTissue& tissue);

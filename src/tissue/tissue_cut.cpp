@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "dyop/core/error.h"
+#include "tissue/kerf_surface.h"
+#include "tissue/lattice_cut.h"
+#include "tissue/tissue_body.h"
+
+namespace dyop::tissue_internal {
+namespace {
+
+// Of the caps' points, in cubes: so that a cap bends with the cubes beside it.
+constexpr Scalar kCapSpacing = 0.5;
+// The least factor by which the stiffness of cut cubes is lowered to keep the elastic energy.
+constexpr Scalar kLeastSoftening = 0.5;
+
+void check(const TissueKerf& kerf) {
+  const Vector3& half = kerf.half_extents;
+  DYOP_REQUIRE(half.allFinite() && half.minCoeff() > 0,
+               "TissueKerf: half_extents must be finite and > 0, not ", half);
+}
+
+}  // namespace
+
+// About where a point of a triangle is at rest.
+Vector3 TissueBody::rest_place(std::int32_t triangle, const Vector3& p_W) const {
+  const TriangleIndices& t = triangles_[std::size_t(triangle)];
+  const auto now = [&](std::size_t k) { return vertices_[std::size_t(t[k])]; };
+  const auto rest = [&](std::size_t k) {
+    return lattice_.rest_place(lattice_.hosts()[std::size_t(t[k])]);
+  };
+  Eigen::Matrix<Scalar, 3, 2> edges;
+  edges << now(1) - now(0), now(2) - now(0);
+  const Eigen::Vector2d share = edges.colPivHouseholderQr().solve(p_W - now(0));
+  return rest(0) + share[0] * (rest(1) - rest(0)) + share[1] * (rest(2) - rest(0));
+}
+
+// Of all vertices, old and added; without those of the latter that have no cube.
+std::vector<Host> TissueBody::hosts_of(const KerfSurface& surface, const LatticeCut& cut) const {
+  std::vector<Host> hosts = lattice_.hosts();
+  for (std::size_t k = 0; k < surface.added_W.size(); ++k) {
+    NewPoint point{surface.added_W[k], surface.away_W[k], surface.parts[k], {}};
+    if (surface.sources[k] >= 0) point.rest = rest_place(surface.sources[k], point.p_W);
+    hosts.push_back(cut.host_of(point).value_or(Host{}));
+  }
+  return hosts;
+}
+
+CutReport TissueBody::cut(const TissueKerf& kerf) {
+  check(kerf);
+  CutReport report{CutStatus::Missed, lattice_.part_count()};
+  std::vector<std::int32_t> parts;
+  for (const Host& host : lattice_.hosts()) {
+    parts.push_back(host.cube < 0 ? 0 : lattice_.part_of_cube(std::size_t(host.cube)));
+  }
+  const KerfSurface surface =
+      take_kerf({vertices_, triangles_, parts}, kerf, kCapSpacing * options_.cube_edge);
+  report.status = surface.status;
+  if (surface.status != CutStatus::Cut) return report;
+  const LatticeCut cut(lattice_, x_, kerf);
+  const std::vector<Host> hosts = hosts_of(surface, cut);
+  const auto has_host = [&](std::int32_t vertex) { return hosts[std::size_t(vertex)].cube >= 0; };
+  const bool has_all = std::all_of(
+      surface.triangles.begin(), surface.triangles.end(),
+      [&](const TriangleIndices& t) { return std::all_of(t.begin(), t.end(), has_host); });
+  std::vector<Vector3> vertices = vertices_;
+  vertices.insert(vertices.end(), surface.added_W.begin(), surface.added_W.end());
+  report.status = CutStatus::Unclear;
+  if (!has_all) return report;
+  LatticePieces pieces = cut.divide(vertices, hosts, surface.triangles);
+  if (pieces.is_torn || pieces.cubes.empty()) return report;
+  take_surface(surface, pieces);
+  take(pieces);
+  return {CutStatus::Cut, lattice_.part_count()};
+}
+
+// Only the vertices that triangles use.
+void TissueBody::take_surface(const KerfSurface& surface, LatticePieces& pieces) {
+  std::vector<std::int32_t> number(pieces.hosts.size(), -1);
+  std::vector<Host> hosts;
+  triangles_.clear();
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    if (!pieces.keeps_triangle[t]) continue;
+    for (const std::int32_t vertex : surface.triangles[t]) number[std::size_t(vertex)] = 0;
+    triangles_.push_back(surface.triangles[t]);
+  }
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] < 0) continue;
+    number[v] = std::int32_t(hosts.size());
+    hosts.push_back(pieces.hosts[v]);
+  }
+  for (TriangleIndices& t : triangles_) {
+    for (std::int32_t& vertex : t) vertex = number[std::size_t(vertex)];
+  }
+  pieces.hosts = std::move(hosts);
+  vertices_.resize(pieces.hosts.size());
+}
+
+// Nodes go on where and as fast as they were, so what is left keeps its momentum.
+void TissueBody::take(const LatticePieces& pieces) {
+  const Scalar energy = elastic_energy_;
+  lattice_.become(pieces, options_.material);
+  const auto of_nodes = [&](const NodeVectors& old) {
+    NodeVectors now(3, Eigen::Index(pieces.old_nodes.size()));
+    for (Eigen::Index n = 0; n < now.cols(); ++n) {
+      now.col(n) = old.col(pieces.old_nodes[std::size_t(n)]);
+    }
+    return now;
+  };
+  rest_ = of_nodes(rest_);
+  x_ = of_nodes(x_);
+  v_ = of_nodes(v_);
+  last_impulses_ = of_nodes(last_impulses_);
+  std::vector<Quaternion> turns;
+  for (const LatticePieces::Cube& cube : pieces.cubes)
+    turns.push_back(turns_[std::size_t(cube.old)]);
+  turns_ = std::move(turns);
+  rotations_.resize(turns_.size());
+  node_rotations_.resize(pieces.old_nodes.size());
+  number_free_nodes();
+  find_rotations();
+  find_forces();
+  bound_energy(energy, pieces);
+  factorise();
+  if (!surface_number_.empty()) number_surface_nodes();
+  place_vertices();
+}
+
+// A cut cube is integrated over other points than a whole one and finds its rotation from them: by
+// that part its energy could be more than before.
+void TissueBody::bound_energy(Scalar most, const LatticePieces& pieces) {
+  if (elastic_energy_ <= most) return;
+  std::vector<std::size_t> changed;
+  Scalar energy = 0;
+  for (std::size_t k = 0; k < pieces.cubes.size(); ++k) {
+    if (!pieces.cubes[k].is_changed) continue;
+    changed.push_back(k);
+    const Vector24 displacement = strained(k);
+    energy += displacement.dot(lattice_.element(k).stiffness * displacement) / 2;
+  }
+  if (!(energy > 0)) return;
+  const Scalar wanted = (energy - (elastic_energy_ - most)) / energy;
+  lattice_.soften(changed, std::max(wanted, kLeastSoftening));
+  find_forces();
+}
+
+}  // namespace dyop::tissue_internal
