@@ -12,8 +12,8 @@ using Eigen::Vector2d;
 using Ring = std::vector<std::int32_t>;
 
 // Relative to the square of the coordinates.
-constexpr Scalar kAreaNoise = 1e-14;  // literal: some roundings of twice a triangle's area
-constexpr Scalar kAreaError = 1e-9;   // literal: far above the sum of all triangles' roundings
+constexpr Scalar kAreaNoise = 1e-14;       // literal: some roundings of twice a triangle's area
+constexpr Scalar kAreaError = 1e-9;        // literal: far above the sum of all triangles' roundings
 constexpr std::size_t kMostInside = 4000;  // points: the time grows with their square
 constexpr Scalar kFromLoop = 0.5;          // spacings between an added point and the loops
 

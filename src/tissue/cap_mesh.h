@@ -22,7 +22,7 @@ struct PlaneRegion {
 ///
 /// @param region  Out: with the added points at the end.
 /// @param spacing Of the added points; 0: none.
-/// @return Counterclockwise triangles; nothing if the loops cross or touch themselves or each other.
+/// @return Counterclockwise triangles; nothing if the loops cross themselves or each other.
 std::optional<std::vector<TriangleIndices>> triangulate(PlaneRegion& region, Scalar spacing);
 
 }  // namespace dyop::tissue_internal

@@ -7,8 +7,8 @@
 namespace dyop::tissue_internal {
 namespace {
 
-// The samples are a rank-1 lattice, whose projection on each axis has all of them, evenly spread, so
-// faces along the axes are placed to 1 %.
+// The samples are a rank-1 lattice, whose projection on each axis has all of them, evenly spread,
+// so faces along the axes are placed to 1 %.
 constexpr std::array<int, 3> kGenerator{1, 40, 85};  // 40^2 = 85 modulo 101
 
 using Matrix9 = Eigen::Matrix<Scalar, 9, 9>;

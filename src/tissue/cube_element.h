@@ -45,8 +45,8 @@ Gradients gradients_at(const Vector3& p);
 /// Hooke's law for strains xx yy zz yz zx xy.
 Matrix6 elasticity(const TissueMaterial& material);
 CubeElement full_element(const Matrix6& d, Scalar edge, Scalar density);
-/// Of the samples that are not material a thousandth counts for the stiffness, and for the masses of
-/// those that are `light`.
+/// Samples that are not material count a thousandth for the stiffness; for the masses too if they
+/// are `light`.
 CubeElement part_element(const Matrix6& d, const Samples& material, const Samples& light,
                          Scalar edge, Scalar density);
 

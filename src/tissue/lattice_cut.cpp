@@ -16,15 +16,15 @@ namespace {
 // Samples that are no farther apart are neighbours: 16 around each, so that the samples of any
 // convex piece are joined. In cubes.
 constexpr Scalar kNeighbour = 0.33;
-// What the kerf has taken must lie between two points by more than rounding: points on its walls see
-// what is beside them.
+// What the kerf has taken must lie between two points by more than rounding: points on its walls
+// see what is beside them.
 constexpr Scalar kWall = 1 - 1e-6;  // literal: relative, far above the walls' rounding
 constexpr Scalar kBeside = 0.25;  // cubes: how far from a cube a point may lie and still be its own
 constexpr int kMostNewtons = 30;
 constexpr Scalar kFound = 1e-14;  // literal: cubes; Newton's method ends some roundings beside it
 constexpr Scalar kFar = 2;        // cubes: the distance of what is not seen
-// How far a point is moved from the kerf to find its cube, in cubes, and what a cube costs that it is
-// then outside of, per distance: more than any distance to a sample.
+// How far a point is moved from the kerf to find its cube, in cubes, and what a cube costs that it
+// is then outside of, per distance: more than any distance to a sample.
 constexpr Scalar kAway = 1e-3;
 constexpr Scalar kOutsideCost = kFar / kAway;
 constexpr Scalar kCounts = 1e-6;  // literal: a weight that is more than rounding

@@ -35,7 +35,13 @@ ToolPose pose_of(const DevicePose& device, const ToolPose& otherwise) {
 }  // namespace
 
 SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle)
-    : tissue_(std::move(tissue)), tools_(1 + obstacle.more_tools.size()) {
+    : tissue_(std::move(tissue)), tools_(1 + obstacle.more_tools.size()), cuts_(obstacle.cuts) {
+  std::int64_t last = 0;
+  for (const ModelledCut& cut : cuts_) {
+    DYOP_REQUIRE(cut.steps >= last, "SoftTissueModel: a cut after ", cut.steps,
+                 " steps follows one after ", last);
+    last = cut.steps;
+  }
   JointTool tool;
   tool.coupling = obstacle.coupling;
   tool.hinges = obstacle.hinges;
@@ -119,6 +125,18 @@ void SoftTissueModel::repay(Account& account, std::vector<SurfaceForce>& forces)
   }
 }
 
+std::optional<TissueMesh> SoftTissueModel::cut(const TissueNews& /*news*/) {
+  bool is_cut = false;
+  while (cut_reports_.size() < cuts_.size() && cuts_[cut_reports_.size()].steps <= steps_) {
+    cut_reports_.push_back(tissue_.cut(cuts_[cut_reports_.size()].kerf));
+    is_cut |= cut_reports_.back().status == CutStatus::Cut;
+  }
+  if (!is_cut) return std::nullopt;
+  for (Account& account : tools_) account.loads.clear();  // on triangles that are no more
+  return TissueMesh{{tissue_.vertices().begin(), tissue_.vertices().end()},
+                    {tissue_.triangles().begin(), tissue_.triangles().end()}};
+}
+
 void SoftTissueModel::step(const TissueNews& news, std::span<Vector3> vertices) {
   DYOP_REQUIRE(vertices.size() == tissue_.vertices().size(), "SoftTissueModel: the obstacle has ",
                vertices.size(), " vertices, the tissue ", tissue_.vertices().size());
@@ -132,6 +150,7 @@ void SoftTissueModel::step(const TissueNews& news, std::span<Vector3> vertices) 
   contacts_ = news.contacts;
   const JointReport report = step_jointly(tissue_, joints_, contacts_, repaid);
   springs_share_ = report.springs_share;
+  ++steps_;
   for (std::size_t k = 0; k < tools_.size(); ++k) {
     std::vector<ToolPose>& expected = tools_[k].expected;
     if (expected.size() == 2) expected.erase(expected.begin());

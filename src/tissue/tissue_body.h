@@ -57,8 +57,8 @@ class TissueBody {
   NodeVectors impulses_of(std::span<const SurfaceForce> forces) const;
   static void add_impulse(const CarriedPoint& point, const Vector3& impulse_W, NodeVectors& sum);
 
-  /// How all nodes at the surface answer each other, for response(). After a cut it is found for the
-  /// nodes that are asked for.
+  /// How all nodes at the surface answer each other, for response(). After a cut that is found for
+  /// the nodes that are asked for.
   void prepare_response();
   /// The velocities that impulses at these points make within a step, from the factor: near to J
   /// A^-1 J^T. Symmetric, 3 x 3 a pair.

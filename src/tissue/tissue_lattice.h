@@ -33,8 +33,8 @@ struct Host {
 struct LatticePieces;
 
 /// Equal cubes that cover the inside of a closed mesh and its surface. What a cube has outside
-/// counts a thousandth, so that no node is without stiffness. After a cut several cubes may be at one
-/// place, each with its part of the material there.
+/// counts a thousandth, so that no node is without stiffness. After a cut several cubes may be at
+/// one place, each with its part of the material there.
 class TissueLattice {
  public:
   TissueLattice(const TriangleMesh& mesh, const SoftTissueOptions& options);

@@ -146,5 +146,55 @@ TEST(KerfSurface, EnclosesWhatAnExactBooleanDoesOfASheet) {
   EXPECT_GT(compare_with_oracle(sheet(), 4, 100), 50);
 }
 
+// Planes through vertices and along faces: what lies in them is settled by a slightly larger kerf.
+TEST(KerfSurface, CutsThroughVerticesAndAlongFaces) {
+  const TriangleMesh box =
+      mesh_of(testing::divided_box({4, 2, 2}, {4, 2, 2}, RigidPose(Vector3(-2, -1, -1))));
+  struct Case {
+    Vector3 middle, half_extents;
+    Scalar left;
+  };
+  for (const auto& [middle, half, left] :
+       {Case{{0, 0, 0}, {1, 1, 1}, 8}, Case{{0, 0, 0}, {1, 2, 2}, 8},
+        Case{{2, 0, 0}, {1, 1, 1}, 12}, Case{{0, 0, 1}, {1, 1, 1}, 12},
+        Case{{-2, -1, -1}, {1, 1, 1}, 15}, Case{{0, 0, 0}, {0.5, 0.5, 0.5}, 15},
+        Case{{0, 0, 3}, {1, 1, 2}, 16}}) {
+    const Result result = less(box, {RigidPose(Quaternion::Identity(), middle), half}, 0.5);
+    ASSERT_EQ(result.status, CutStatus::Cut);
+    EXPECT_TRUE(result.mesh().is_closed());
+    EXPECT_NEAR(volume_of(result.mesh()), left, 1e-6);
+  }
+}
+
+TEST(KerfSurface, TellsWhatItMissesAndWhatItHolds) {
+  const TriangleMesh ball = mesh_of(testing::icosphere(3));
+  const auto status = [&](const Vector3& middle, Scalar half) {
+    return less(ball, {RigidPose(Quaternion::Identity(), middle), Vector3::Constant(half)}).status;
+  };
+  EXPECT_EQ(status({0, 0, 3}, 1), CutStatus::Missed);
+  EXPECT_EQ(status({0.9, 0.9, 0.9}, 0.3), CutStatus::Missed);  // within its box
+  EXPECT_EQ(status({0, 0, 0}, 2), CutStatus::NothingLeft);
+  EXPECT_EQ(status({0, 0, 0}, 0.1), CutStatus::Cut);  // a cavity
+}
+
+// Parts that lie in each other are cut each for itself; one that crosses itself is refused.
+TEST(KerfSurface, CutsPartsThatOverlap) {
+  MeshArrays two = testing::icosphere(2);
+  const std::size_t count = two.vertices.size(), triangles = two.triangles.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    two.vertices.push_back(two.vertices[k] + Vector3(0.5, 0.1, 0.2));
+  }
+  for (std::size_t t = 0; t < triangles; ++t) {
+    TriangleIndices other = two.triangles[t];
+    for (std::int32_t& vertex : other) vertex += std::int32_t(count);
+    two.triangles.push_back(other);
+  }
+  std::vector<std::int32_t> parts(two.vertices.size(), 0);
+  const TissueKerf kerf{RigidPose(Quaternion::Identity(), {0.2, 0, 0}), {0.013, 0.7, 2}};
+  EXPECT_EQ(take_kerf({two.vertices, two.triangles, parts}, kerf, 0.1).status, CutStatus::Unclear);
+  std::fill(parts.begin() + std::ptrdiff_t(count), parts.end(), 1);
+  EXPECT_EQ(take_kerf({two.vertices, two.triangles, parts}, kerf, 0.1).status, CutStatus::Cut);
+}
+
 }  // namespace
 }  // namespace dyop::tissue_internal

@@ -18,7 +18,7 @@ constexpr Scalar kBall = 5;
 
 // A ball of 5 mm over a slab of 32 x 32 x 16 mm that stands on its lowest cubes of 4 mm; liver.
 struct PressedSlab {
-  explicit PressedSlab(Scalar stiffness)
+  explicit PressedSlab(Scalar stiffness, const std::vector<ModelledCut>& cuts = {})
       : arrays(testing::divided_box({32, 32, 16}, {16, 16, 8}, RigidPose(Vector3(-16, -16, -16)))),
         scene(testing::ball_tool(kBall, {0.3, 0.2, kBall + 2})),
         options(testing::haptic_options()) {
@@ -32,7 +32,7 @@ struct PressedSlab {
     tissue.fixed.emplace_back(Vector3(-20, -20, -20), Vector3(20, 20, -15.9));
     model = std::make_shared<SoftTissueModel>(
         SoftTissue(arrays.mesh(), tissue),
-        ModelledObstacle{options.coupling, {}, options.rest_offset, kFriction});
+        ModelledObstacle{options.coupling, {}, options.rest_offset, kFriction, {}, cuts});
   }
 
   // What a run felt.
@@ -154,6 +154,36 @@ TEST(SoftTissueModel, YieldsInTimeToAFastHand) {
     EXPECT_LE(felt.largest, most * felt.last) << stiffness;
     EXPECT_EQ(felt.unproven, 0);
   }
+}
+
+// A slit beside the tool, one across it, and one under the tool: the tool sinks deeper, and rests.
+TEST(SoftTissueModel, IsCutWhileTheToolPresses) {
+  const auto blade = [](const Vector3& middle, const Vector3& half_extents) {
+    return TissueKerf{RigidPose(Quaternion::Identity(), middle), half_extents};
+  };
+  PressedSlab whole(1);
+  PressedSlab slab(1, {{30, blade({6, 0, 0}, {0.2, 12, 8})},
+                       {40, blade({0, 0, 20}, {1, 1, 1})},
+                       {40, blade({6, 2, 0}, {12, 0.2, 8})},
+                       {50, blade({-3, 0, -2}, {0.1, 20, 6})}});
+  const auto device = [](Scalar t) { return pressed(t, 4); };
+  const auto before = whole.run(2000, device), felt = slab.run(2000, device);
+  EXPECT_EQ(felt.unproven, 0);
+  EXPECT_LE(felt.jitter, 0.01 * felt.last);
+  EXPECT_LT(felt.tool.z(), before.tool.z() - 0.01);
+  EXPECT_LT(felt.last, before.last);
+  const std::vector<CutReport>& reports = slab.model->cut_reports();
+  ASSERT_EQ(reports.size(), 4u);
+  EXPECT_EQ(reports[0].status, CutStatus::Cut);
+  EXPECT_EQ(reports[1].status, CutStatus::Missed);
+  EXPECT_EQ(reports[2].status, CutStatus::Cut);
+  EXPECT_EQ(reports[3].status, CutStatus::Cut);
+}
+
+TEST(SoftTissueModel, WantsCutsInOrderOfTime) {
+  const TissueKerf kerf{RigidPose(), Vector3::Ones()};
+  EXPECT_THROW(PressedSlab(1, {{30, kerf}, {20, kerf}}), InvalidArgument);
+  EXPECT_THROW(PressedSlab(1, {{-1, kerf}}), InvalidArgument);
 }
 
 // Over a second at rest, what the tissue took is what the tool felt.

@@ -70,6 +70,9 @@ class TissueModel {
 
   /// Which contacts it wants to be told of.
   virtual ContactSearch search() const = 0;
+  /// Called before step(): another mesh that takes the place of this snapshot, where the one before
+  /// ends, and has other vertices from then on; or nothing. See HapticSession::give_mesh().
+  virtual std::optional<TissueMesh> cut(const TissueNews& /*news*/) { return std::nullopt; }
   /// Writes the snapshot that the obstacle shall reach one period after the one before, which the
   /// vertices hold. Called as soon as the session has set out for the one before.
   virtual void step(const TissueNews& news, std::span<Vector3> vertices) = 0;
@@ -91,6 +94,8 @@ struct TissueFeed {
   std::shared_ptr<TissueModel> model = {};
   /// If not empty, called with each of the model's snapshots before it is given: to show it.
   std::function<void(std::span<const Vector3> vertices)> given = {};
+  /// The same with each of the model's meshes.
+  std::function<void(const TissueMesh& mesh)> given_mesh = {};
 };
 
 /// A tool's part of a tick.

@@ -199,6 +199,12 @@ struct ModelledTool {
   std::vector<ToolHinge> hinges;
 };
 
+/// A cut of a SoftTissueModel.
+struct ModelledCut {
+  std::int64_t steps = 0;  ///< after so many steps, >= 0
+  TissueKerf kerf;
+};
+
 /// The part of a haptic scene that a SoftTissueModel needs to know.
 struct ModelledObstacle {
   CouplingOptions coupling;
@@ -206,6 +212,7 @@ struct ModelledObstacle {
   Scalar rest_gap = 0;  ///< the obstacle's margin plus HapticOptions::rest_offset
   Scalar friction = 0;
   std::vector<ModelledTool> more_tools = {};
+  std::vector<ModelledCut> cuts = {};  ///< in order of time
 };
 
 /// A SoftTissue as an obstacle of run_session() (TissueFeed::model): each snapshot is a joint step
@@ -216,12 +223,16 @@ struct ModelledObstacle {
 /// otherwise than expected, the next steps make up for the difference.
 class SoftTissueModel final : public TissueModel {
  public:
+  /// @throws InvalidArgument if cuts are not in order of time.
   SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle);
 
   ContactSearch search() const override;
+  /// Makes the cuts that are due. One that is not Cut changes nothing; cut_reports() tells.
+  std::optional<TissueMesh> cut(const TissueNews& news) override;
   void step(const TissueNews& news, std::span<Vector3> vertices) override;
 
   const SoftTissue& tissue() const { return tissue_; }
+  const std::vector<CutReport>& cut_reports() const { return cut_reports_; }  ///< of those made
   /// The impulse on a tool whose opposite the tissue has taken in the time that is over, and what
   /// is still to be made up for.
   const Vector3& given_impulse_W(std::size_t tool = 0) const { return tools_[tool].given; }
@@ -256,6 +267,9 @@ class SoftTissueModel final : public TissueModel {
   std::vector<JointTool> joints_;  // by tool
   std::vector<Account> tools_;
   std::vector<ToolContactPoint> contacts_;
+  std::vector<ModelledCut> cuts_;
+  std::vector<CutReport> cut_reports_;
+  std::int64_t steps_ = 0;
   Scalar springs_share_ = 1;  // in the last step
 };
 

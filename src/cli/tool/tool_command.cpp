@@ -12,6 +12,7 @@
 #include "cli/tool/tool_summary.h"
 #include "dyop/core/error.h"
 #include "dyop/io/haptic_scene_file.h"
+#include "dyop/tissue/soft_tissue.h"
 #include "io/file_bytes.h"
 
 namespace dyop::cli {
@@ -102,6 +103,22 @@ void print_timing(const RunnerReport& report) {
   }
 }
 
+// What came of the cuts of elastic tissue.
+void print_cuts(const HapticRun& run) {
+  constexpr const char* kWords[] = {"not made", "missed", "made", "not made, as nothing were left",
+                                    "not made, as the tissue crosses itself there"};
+  for (const TissueFeed& feed : run.tissue) {
+    const auto* model = dynamic_cast<const SoftTissueModel*>(feed.model.get());
+    if (model == nullptr) continue;
+    for (std::size_t k = 0; k < model->cut_reports().size(); ++k) {
+      const CutReport& report = model->cut_reports()[k];
+      std::printf("%s: cut %zu %s; parts: %zu\n",
+                  printable(run.scene.obstacles[feed.obstacle].name).c_str(), k + 1,
+                  kWords[std::size_t(report.status)], report.parts);
+    }
+  }
+}
+
 // Where poses come from, and where ticks go.
 struct ToolLinks {
   std::vector<std::unique_ptr<LinkedDevice>> devices;  // by tool, or none
@@ -148,6 +165,9 @@ std::vector<TissueFeed> shown_feeds(const HapticRun& run, const ToolLinks& links
     if (!feed.model || !links.live) continue;
     feed.given = [&links, obstacle = feed.obstacle](std::span<const Vector3> vertices) {
       links.live->add_snapshot(obstacle, vertices);
+    };
+    feed.given_mesh = [&links, obstacle = feed.obstacle](const TissueMesh&) {
+      links.live->add_cut(obstacle);
     };
   }
   return feeds;
@@ -236,6 +256,7 @@ ExitCode run_tool(const ToolArguments& arguments) {
   Report report(run);
   const RunnerReport timing = run_linked(session, run, report, links, interrupt.token());
   report.print();
+  print_cuts(run);
   std::printf("the coupling is %spassive at this rate\n", session.is_passive() ? "" : "not ");
   print_timing(timing);
   for (const auto& device : links.devices) {

@@ -53,7 +53,10 @@ class NewsBox {
   // For the loop, after each tick.
   void post(std::size_t obstacle, const TickRecord& record, Scalar period) {
     const ObstacleProgress& now = record.tick.progress[obstacle];
-    const Scalar moved = now.fraction - before_.fraction + Scalar(now.snapshot - before_.snapshot);
+    const std::int64_t mesh = mesh_.load(std::memory_order_acquire);
+    const bool is_cut = before_.snapshot < mesh && mesh <= now.snapshot;  // which is no motion
+    const std::int64_t begun = now.snapshot - before_.snapshot - (is_cut ? 1 : 0);
+    const Scalar moved = now.fraction - before_.fraction + Scalar(begun);
     before_ = now;
     if (record.dt > 0) {
       const Scalar part = std::clamp(moved * period / record.dt, Scalar{0}, Scalar{1});
@@ -69,6 +72,9 @@ class NewsBox {
       give(record.others[k].device, record.others[k].tick, k + 1);
     }
   }
+
+  // For the model: the number of its newest mesh, before it is given.
+  void tell_mesh(std::int64_t number) { mesh_.store(number, std::memory_order_release); }
 
   // For the model.
   void take(TissueNews& news) {
@@ -95,6 +101,7 @@ class NewsBox {
 
   std::mutex mutex_;
   std::vector<ToolNews> tools_;
+  std::atomic<std::int64_t> mesh_{-1};
   ObstacleProgress before_;
   std::vector<Vector3> waiting_;  // impulses
 };
@@ -118,6 +125,7 @@ class Feeder {
     if (!is_taken) return;
     ++number_;
     if (feed_.model) {
+      mesh_.reset();
       is_ready_ = false;
     } else {
       prepare();
@@ -143,8 +151,15 @@ class Feeder {
         find_contacts(k, news_.tools[k].tick.tool);
       }
     }
-    feed_.model->step(news_, vertices_);
-    if (feed_.given) feed_.given(vertices_);
+    mesh_ = feed_.model->cut(news_);
+    if (mesh_) {
+      vertices_ = mesh_->vertices;
+      box_->tell_mesh(number_);
+      if (feed_.given_mesh) feed_.given_mesh(*mesh_);
+    } else {
+      feed_.model->step(news_, vertices_);
+      if (feed_.given) feed_.given(vertices_);
+    }
     is_ready_ = true;
     return true;
   }

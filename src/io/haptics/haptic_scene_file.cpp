@@ -180,10 +180,30 @@ ToolObstacle read_obstacle(const JsonNode& node) {
   return obstacle;
 }
 
+// The key `cuts` of `elastic`.
+std::vector<ModelledCut> read_kerfs(const JsonNode& node, Scalar period) {
+  std::vector<ModelledCut> cuts;
+  Scalar last = 0;
+  for (const JsonNode& item : node.items(1)) {
+    item.require_object({"t", "blade"});
+    const Scalar t = item.at("t").positive_number();
+    constexpr Scalar kMostSteps = 1e15;  // no run has as many
+    if (t < last || !(t / period < kMostSteps)) item.at("t").fail("cuts must be in order of time");
+    last = t;
+    const JsonNode blade = item.at("blade");
+    blade.require_object({"position", "rotation", "size"});
+    const JsonNode size = blade.at("size");
+    const TissueKerf kerf{read_pose(blade), size.vector3() / 2};
+    if (!(kerf.half_extents.minCoeff() > 0)) size.fail("expected three numbers > 0");
+    cuts.push_back({std::llround(t / period), kerf});
+  }
+  return cuts;
+}
+
 // The key `elastic`: an obstacle of soft tissue that answers the tool.
 TissueFeed read_elastic(const JsonNode& node, const HapticRun& run) {
   node.require_object({"youngs_modulus", "poissons_ratio", "density", "drag", "viscosity", "cube",
-                       "rate", "gravity", "fixed"});
+                       "rate", "gravity", "fixed", "cuts"});
   SoftTissueOptions options;
   options.material.youngs_modulus = node.at("youngs_modulus").positive_number();
   options.material.poissons_ratio = node.at("poissons_ratio").number();
@@ -203,6 +223,7 @@ TissueFeed read_elastic(const JsonNode& node, const HapticRun& run) {
   for (const HapticTool& tool : run.scene.more_tools) {
     modelled.more_tools.push_back({tool.coupling.value_or(run.options.coupling), tool.hinges});
   }
+  if (node.has("cuts")) modelled.cuts = read_kerfs(node.at("cuts"), options.period);
   TissueFeed feed;
   feed.obstacle = run.scene.obstacles.size() - 1;
   feed.period = options.period;

@@ -48,7 +48,7 @@ struct ToolPicture {
 struct GivenSnapshot {
   std::size_t obstacle = 0;
   std::int64_t number = 0;
-  std::vector<Vector3> vertices;
+  std::vector<Vector3> vertices;  // none: it was cut
 };
 
 // A mesh of an obstacle, the first one or what a cut left, and how it deforms.
@@ -68,6 +68,7 @@ struct FollowedTissue {
   std::optional<TissueFeed> formula;  // none: a model
   std::vector<FollowedMesh> meshes;
   std::size_t shown = 0;
+  bool is_cut = false;  // by a model: not shown any longer
   std::deque<GivenSnapshot> given;
 };
 
@@ -234,8 +235,14 @@ class PictureWriter {
            tissue.meshes[tissue.shown + 1].number <= progress.snapshot) {
       swap(tissue, t, span);
     }
+    if (tissue.is_cut) return;
     FollowedMesh& mesh = tissue.meshes[tissue.shown];
-    while (mesh.reached < progress.snapshot) advance(tissue, mesh);
+    while (mesh.reached < progress.snapshot && !tissue.is_cut) advance(tissue, mesh);
+    if (tissue.is_cut) {
+      span.segments.push_back({mesh.body, {t, t}, nullptr});
+      span.marks.push_back({t, "status", "tissue is cut, and shown in the recording", {}});
+      return;
+    }
     PageDeformation now{mesh.body, {}, {t}, {}};
     now.modes.assign(mesh.modes.modes().begin() + std::ptrdiff_t(mesh.modes_sent),
                      mesh.modes.modes().end());
@@ -263,6 +270,8 @@ class PictureWriter {
     } else {
       std::erase_if(tissue.given, [&](const auto& one) { return one.number < mesh.reached; });
       if (!tissue.given.empty() && tissue.given.front().number == mesh.reached) {
+        tissue.is_cut = tissue.given.front().vertices.empty();
+        if (tissue.is_cut) return;
         mesh.vertices = std::move(tissue.given.front().vertices);
       }
     }
@@ -386,6 +395,10 @@ void ToolFollower::add_snapshot(std::size_t obstacle, std::span<const Vector3> v
   if (impl_->snapshots.size() < view_internal::kMostSnapshots) {
     impl_->snapshots.push_back(std::move(snapshot));
   }
+}
+
+void ToolFollower::add_cut(std::size_t obstacle) {
+  add_snapshot(obstacle, {});
 }
 
 void ToolFollower::finish(const std::string& why) {

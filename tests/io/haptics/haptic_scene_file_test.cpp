@@ -171,8 +171,44 @@ TEST(HapticSceneFile, SaysWhatIsWrongWithElasticTissue) {
   expect("\"liver\": {\"triangles\": 1000}", "\"wall\": {\"triangles\": 1000}", "closed");
 }
 
+std::string scene_with_blades(const std::string& blades) {
+  return testing::replaced(testing::elastic_haptic_scene(), "\"cube\"",
+                           "\"cuts\": [" + blades + "], \"cube\"");
+}
+
+TEST(HapticSceneFile, CutsElasticTissueWithABlade) {
+  const HapticRun run =
+      parse_haptic_run("s.json", scene_with_blades(R"({"t": 0.001, "blade": {"position": [0, 0, 40],
+                                      "rotation": [0, 0, 0.3], "size": [0.5, 60, 40]}})"));
+  TissueNews nothing;
+  nothing.tools.resize(1);
+  const auto mesh = run.tissue[0].model->cut(nothing);
+  ASSERT_TRUE(mesh);
+  EXPECT_GT(mesh->triangles.size(), run.scene.obstacles[0].triangles.size());
+  EXPECT_TRUE(TriangleMesh(mesh->vertices, mesh->triangles).is_closed());
+  EXPECT_FALSE(run.tissue[0].model->cut(nothing));
+}
+
+TEST(HapticSceneFile, SaysWhatIsWrongWithABlade) {
+  const auto expect = [](const std::string& blades, const std::string& words) {
+    const std::string message = testing::message_of<FileError>(
+        [&] { parse_haptic_run("s.json", scene_with_blades(blades)); });
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+  };
+  const std::string good = R"({"t": 1, "blade": {"position": [0, 0, 40], "size": [1, 60, 40]}})";
+  expect(good + R"(, {"t": 0.5, "blade": {"size": [1, 60, 40]}})", "cuts[1].t");
+  expect(R"({"t": 0, "blade": {"size": [1, 60, 40]}})", "cuts[0].t");
+  expect(R"({"t": 1, "blade": {"size": [0, 60, 40]}})", "cuts[0].blade.size");
+  expect(R"({"t": 1, "blade": {"size": [1, 60]}})", "cuts[0].blade.size");
+  expect(R"({"t": 1, "blade": {"position": [0, 0, 0]}})", "size");
+  expect(R"({"t": 1, "ball": {"radius": 1}})", "ball");
+  expect(R"({"t": 1, "blade": {"size": [1, 1, 1], "edge": 1}})", "edge");
+  expect("", "cuts");
+}
+
 TEST(HapticSceneFile, TheScenesOfTheExamplesAreValid) {
   const std::string folder = DYOP_SURGERY_SCENES;
+  EXPECT_EQ(load_haptic_run(folder + "/cut.json").tissue.size(), 2u);
   EXPECT_EQ(load_haptic_run(folder + "/soft-liver.json").tissue.size(), 2u);
   EXPECT_EQ(load_haptic_run(folder + "/two-hands.json").scene.tools().size(), 2u);
   const HapticRun run = load_haptic_run(folder + "/scene.json");

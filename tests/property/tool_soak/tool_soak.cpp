@@ -5,7 +5,8 @@
 // The strokes of the scene, repeated, with dropped, doubled and late ticks, a device that jumps or
 // sends NaN, snapshots that come late, ticks that are cut off anywhere, and cuts: the scene's own,
 // and others that take tissue away around the tool, slit it, shift it and sew it up again, most of
-// them where other things go wrong too. After every tick each committed motion is sampled against
+// them where other things go wrong too. Elastic tissue is cut by the blades of the scene, and gets
+// faulty snapshots between. After every tick each committed motion is sampled against
 // the tissue's motion, more densely the nearer they are, until it is proven that the margin was
 // kept between the samples too; the positions of the tissue, the clearances, the times to a breach
 // and the status that the session reports are compared as well; so are the distances between tools,
@@ -21,9 +22,11 @@
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "check/check.h"
+#include "dyop/core/error.h"
 #include "dyop/io/haptic_recording.h"
 #include "dyop/io/haptic_scene_file.h"
 #include "support/temporary_directory.h"
@@ -59,6 +62,7 @@ struct Totals {
   std::array<std::int64_t, 9> statuses{};
   std::int64_t jumps = 0, nans = 0, doubled = 0, dropped = 0, late = 0, late_snapshots = 0;
   std::int64_t cuts = 0, traps_before_cuts = 0;
+  std::int64_t faults_refused = 0, faults_taken = 0;  // snapshots
   std::vector<Scalar> latency;
 };
 
@@ -73,6 +77,8 @@ struct Feed {
   std::int64_t number = 0;  // given
   std::int64_t wait = 0;    // ticks until the next is given
   bool is_mesh_waiting = false;
+  bool is_ready = false;  // of a model: what it has made is not given yet
+  std::optional<TissueMesh> mesh = {};
 };
 
 class Soak {
@@ -114,6 +120,9 @@ class Soak {
     return {number(-size, size), number(-size, size), number(-size, size)};
   }
   void give_snapshot(Feed& feed);
+  void give_modelled(Feed& feed);
+  void ask(Feed& feed);
+  void give_faults(const Feed& feed);
   bool give_mesh(Feed& feed);
   bool cut(Feed& feed);
   int faults() const;
@@ -148,6 +157,10 @@ void Soak::give_snapshot(Feed& feed) {
   const std::size_t obstacle = feed.tissue.obstacle;
   // Asked for only where it will be taken: the vertices of the last one are passed on.
   if (session_.snapshots_taken(obstacle) < feed.number) return;
+  if (feed.tissue.model) {
+    give_modelled(feed);
+    return;
+  }
   feed.is_mesh_waiting = give_mesh(feed);
   if (!feed.is_mesh_waiting) {
     feed.tissue.shape(feed.number + 1, feed.whole);
@@ -155,6 +168,73 @@ void Soak::give_snapshot(Feed& feed) {
     if (!session_.give_snapshot(obstacle, next, feed.tissue.period)) return;
     for (TickCheck& check : checks_) check.tissue(obstacle).give(next, feed.tissue.period);
   }
+  ++feed.number;
+  if (chance(feed.is_mesh_waiting ? 3 : 10)) {
+    feed.wait = std::int64_t(number(20, 80));
+    ++totals.late_snapshots;
+  }
+}
+
+// As run_session() does, but for the impulses.
+void Soak::ask(Feed& feed) {
+  const std::size_t obstacle = feed.tissue.obstacle;
+  TissueNews news;
+  news.number = feed.number + 1;
+  news.tools.resize(checks_.size());
+  for (std::size_t k = 0; k < checks_.size() && totals.ticks > 0; ++k) {
+    news.tools[k].device = run_.device(tick_, k);
+    news.tools[k].tick = session_.last(k);
+    news.progress = session_.last().progress[obstacle];
+    std::vector<ToolContactPoint> found;
+    session_.find_contacts(obstacle, news.progress, session_.last(k).tool,
+                           feed.tissue.model->search(), found, k);
+    news.contacts.insert(news.contacts.end(), found.begin(), found.end());
+  }
+  feed.mesh = feed.tissue.model->cut(news);
+  if (feed.mesh) {
+    feed.whole = feed.mesh->vertices;
+  } else {
+    feed.tissue.model->step(news, feed.whole);
+  }
+  feed.is_ready = true;
+}
+
+// Snapshots that must be refused and change nothing.
+void Soak::give_faults(const Feed& feed) {
+  std::vector<Vector3> faulty = feed.whole;
+  if (chance(2)) {
+    faulty.pop_back();
+  } else {
+    faulty.back().y() = std::numeric_limits<Scalar>::quiet_NaN();
+  }
+  try {
+    session_.give_snapshot(feed.tissue.obstacle, faulty, feed.tissue.period);
+    ++totals.faults_taken;
+  } catch (const InvalidArgument&) {
+    ++totals.faults_refused;
+  }
+}
+
+void Soak::give_modelled(Feed& feed) {
+  const std::size_t obstacle = feed.tissue.obstacle;
+  if (!feed.is_ready) ask(feed);
+  // The session knows of a new mesh's vertices only once it has been given.
+  if (!feed.mesh && chance(10)) give_faults(feed);
+  feed.is_mesh_waiting = feed.mesh.has_value();
+  const bool is_taken =
+      feed.mesh ? session_.give_mesh(obstacle, feed.mesh->vertices, feed.mesh->triangles)
+                : session_.give_snapshot(obstacle, feed.whole, feed.tissue.period);
+  if (!is_taken) return;
+  for (TickCheck& check : checks_) {
+    if (feed.mesh) {
+      check.tissue(obstacle).give_mesh(feed.mesh->vertices, feed.mesh->triangles);
+    } else {
+      check.tissue(obstacle).give(feed.whole, feed.tissue.period);
+    }
+  }
+  totals.cuts += feed.mesh ? 1 : 0;
+  feed.mesh.reset();
+  feed.is_ready = false;
   ++feed.number;
   if (chance(feed.is_mesh_waiting ? 3 : 10)) {
     feed.wait = std::int64_t(number(20, 80));
@@ -320,6 +400,8 @@ void print_totals(Totals& totals, const TickFindings& findings) {
   print("  late snapshots", totals.late_snapshots);
   print("  cuts", totals.cuts);
   print("  trapped while a cut waits", totals.traps_before_cuts);
+  print("  faulty snapshots refused", totals.faults_refused);
+  print("  faulty snapshots taken", totals.faults_taken);
   constexpr const char* kNames[] = {"not run", "free",       "held",        "blocked", "deadline",
                                     "trapped", "recovering", "overlapping", "invalid"};
   for (std::size_t k = 0; k < totals.statuses.size(); ++k) {
@@ -352,6 +434,7 @@ int run(const char* file, std::int64_t ticks, std::uint64_t seed, std::int64_t d
     }
   }
   print_totals(soak.totals, soak.findings());
+  if (soak.totals.faults_taken > 0) return 1;
   return soak.findings().broken() > 0 || !soak.is_proven() ? 1 : 0;
 }
 
