@@ -27,6 +27,7 @@ chain-net     examples/scenes/chain-net.json
 pyramid       examples/scenes/pyramid.json
 ragdolls      ragdolls:8
 liver         examples/surgery/soft-liver.json
+cut           examples/surgery/cut.json
 hands         examples/surgery/two-hands.json
 LIST
 )

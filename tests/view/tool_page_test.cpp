@@ -248,6 +248,7 @@ Followed follow_run(const std::string& text, bool is_stuck) {
   for (TissueFeed& feed : run.tissue) {
     if (!feed.model) continue;
     feed.given = [&](std::span<const Vector3> vertices) { follower.add_snapshot(0, vertices); };
+    feed.given_mesh = [&](const TissueMesh&) { follower.add_cut(0); };
   }
   // A publisher that is stuck for the whole run holds nobody up: else this would never return.
   run_session(
@@ -265,6 +266,23 @@ Followed follow_run(const std::string& text, bool is_stuck) {
   if (is_stuck) release.set_value();
   follower.finish("for a reason");
   return followed;
+}
+
+// The page has the meshes it begins with, so what a blade has cut is hidden.
+TEST(ToolFollower, HidesTissueThatABladeHasCut) {
+  const std::string text = testing::replaced(
+      testing::elastic_haptic_scene(), "\"cube\"",
+      R"("cuts": [{"t": 0.2, "blade": {"position": [0, 0, 40], "size": [1, 60, 40]}}], "cube")");
+  const Followed followed = follow_run(text, false);
+  int cuts = 0;
+  for (const PageMark& mark : followed.span.marks) {
+    cuts += mark.text.find("tissue is cut") == 0;
+  }
+  EXPECT_EQ(cuts, 1);
+  EXPECT_TRUE(std::any_of(followed.span.segments.begin(), followed.span.segments.end(),
+                          [](const PageSegment& segment) {
+                            return segment.motion == nullptr && segment.interval.begin > 0.2;
+                          }));
 }
 
 // Of what is drawn: vertices that a triangle has.
