@@ -20,6 +20,7 @@ namespace {
 constexpr Scalar kInPlane = 1e-11;  // literal: some 1e5 roundings
 constexpr Scalar kGrowth = 1e-9;    // literal: far above that, far below what a blade can do
 constexpr int kMostGrowths = 20;
+constexpr int kMostCrossings = 3;  // tries in which walls cross themselves, which a growth may cure
 constexpr std::size_t kMostPieces = 1000;  // of a kerf's edge
 
 // Planes are numbered 2 axis + (1 for the upper one).
@@ -252,13 +253,15 @@ class Caps {
       std::sort(edge.crossings.begin(), edge.crossings.end(), [&](const auto& a, const auto& b) {
         return points_[a.first][edge.axis] < points_[b.first][edge.axis];
       });
-      bool is_in = edge.crossings.front().second;
-      if (!set_corner(edge.corners[0], is_in)) return false;
+      // How often the body covers the edge: parts of it that were pressed together may overlap.
+      int depth = 0, least = 0;
       for (const auto& [point, is_end] : edge.crossings) {
-        if (is_end != is_in) return false;
-        is_in = !is_in;
+        depth += is_end ? -1 : 1;
+        least = std::min(least, depth);
       }
-      if (!set_corner(edge.corners[1], is_in)) return false;
+      if (least < -1 || depth - least > 1) return false;
+      if (!set_corner(edge.corners[0], least < 0)) return false;
+      if (!set_corner(edge.corners[1], depth - least > 0)) return false;
       is_known = true;
     }
     if (!is_known) is_in_[0] = is_inside(corner(0));
@@ -303,14 +306,15 @@ class Caps {
 
   // The parts of an edge inside the body bound both of its walls, in opposite directions.
   void add_rim(Edge& edge) {
-    std::vector<std::int32_t> ends;
-    if (*is_in_[edge.corners[0]]) ends.push_back(corner_point(edge.corners[0]));
-    for (const auto& [point, is_end] : edge.crossings) ends.push_back(point);
+    // Where covers overlap, the one that begins first ends first.
+    std::vector<std::int32_t> starts, ends;
+    if (*is_in_[edge.corners[0]]) starts.push_back(corner_point(edge.corners[0]));
+    for (const auto& [point, is_end] : edge.crossings) (is_end ? ends : starts).push_back(point);
     if (*is_in_[edge.corners[1]]) ends.push_back(corner_point(edge.corners[1]));
     const bool is_alike = sign_of(edge.first) == sign_of(edge.second);
-    for (std::size_t k = 0; k + 1 < ends.size(); k += 2) {
+    for (std::size_t k = 0; k < std::min(starts.size(), ends.size()); ++k) {
       const std::vector<std::int32_t> points =
-          divided(ends[k], ends[k + 1], 1U << edge.first | 1U << edge.second);
+          divided(starts[k], ends[k], 1U << edge.first | 1U << edge.second);
       for (std::size_t i = 0; i + 1 < points.size(); ++i) {
         lead(is_alike ? edge.second : edge.first, points[i], points[i + 1]);
         lead(is_alike ? edge.first : edge.second, points[i + 1], points[i]);
@@ -412,14 +416,17 @@ class KerfRun {
     }
   }
 
-  // Nothing if another size should be tried.
+  bool is_degenerate() const { return is_degenerate_; }
+
+  // Nothing if another size should be tried: something lies in a plane, or a wall crosses itself.
   std::optional<KerfSurface> run() {
     Divider divider(points_, extents_, noise_);
     for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
       const TriangleIndices& corners = surface_.triangles[t];
       divider.divide({{corners[0], corners[1], corners[2]}, {-1, -1, -1}, std::int32_t(t)});
     }
-    if (divider.is_degenerate()) return std::nullopt;
+    is_degenerate_ = divider.is_degenerate();
+    if (is_degenerate_) return std::nullopt;
     for (const Piece& piece : divider.kept()) {
       if (!add_kept(divider.outline(piece), piece.triangle)) return std::nullopt;
     }
@@ -511,15 +518,19 @@ class KerfRun {
   Points points_;
   Extents extents_{};
   Scalar noise_ = 0;
+  bool is_degenerate_ = false;
   KerfSurface result_;
 };
 
 }  // namespace
 
 KerfSurface take_kerf(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing) {
-  for (int growths = 0; growths <= kMostGrowths; ++growths) {
-    auto result = KerfRun(surface, kerf, spacing, growths).run();
+  int crossings = 0;
+  for (int growths = 0; growths <= kMostGrowths && crossings < kMostCrossings; ++growths) {
+    KerfRun run(surface, kerf, spacing, growths);
+    auto result = run.run();
     if (result) return std::move(*result);
+    crossings += run.is_degenerate() ? 0 : 1;
   }
   return {CutStatus::Unclear, {}, {}, {}, {}, {}};
 }

@@ -172,12 +172,26 @@ std::optional<Host> LatticeCut::host_of(const NewPoint& point) const {
     Scalar cost = kOutsideCost * (*beside - inside).norm() + distance_to_seen(cube, *place, p_K);
     const Host host{cube, *place};
     if (point.rest) cost += (lattice_.rest_place(host) - *point.rest).norm() / lattice_.edge();
+    for (const std::int32_t beside_it : point.cubes_beside) {
+      if (are_apart(cube, beside_it)) cost += kFar;
+    }
     if (cost < least) {
       least = cost;
       best = host;
     }
   }
   return best;
+}
+
+// Whether an earlier cut has parted two cubes that are at one place or beside each other.
+bool LatticeCut::are_apart(std::int32_t a, std::int32_t b) const {
+  if (a == b) return false;
+  const Cell way = lattice_.cube_cell(std::size_t(b)) - lattice_.cube_cell(std::size_t(a));
+  if (way.cwiseAbs().maxCoeff() > 1) return false;
+  if (way.isZero()) return true;
+  const Corners& of_a = lattice_.cubes()[std::size_t(a)];
+  const Corners& of_b = lattice_.cubes()[std::size_t(b)];
+  return std::find_first_of(of_a.begin(), of_a.end(), of_b.begin(), of_b.end()) == of_a.end();
 }
 
 // One call of divide(). Items are the samples of the near cubes, then the vertices.

@@ -19,6 +19,8 @@ struct NewPoint {
   Vector3 away_W;               ///< unit vector from the kerf
   std::int32_t part = 0;        ///< of the lattice, to which it belongs
   std::optional<Vector3> rest;  ///< about where it is at rest, if that is known
+  /// Those that hold the corners of its triangle, if it is on one.
+  std::vector<std::int32_t> cubes_beside;
 };
 
 /// What a cut leaves of a lattice.
@@ -67,6 +69,7 @@ class LatticeCut {
   const CubeShape& shape(std::int32_t cube) const;
   const Samples& domain(std::int32_t cube) const;
   bool takes(const Vector3& p_K) const;
+  bool are_apart(std::int32_t a, std::int32_t b) const;
   bool lies_between(const Vector3& a_K, const Vector3& b_K) const;
   std::optional<Vector3> place_in(std::int32_t cube, const Vector3& p_K) const;
   Scalar distance_to_seen(std::int32_t cube, const Vector3& place, const Vector3& p_K) const;

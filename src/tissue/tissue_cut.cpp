@@ -41,8 +41,13 @@ Vector3 TissueBody::rest_place(std::int32_t triangle, const Vector3& p_W) const 
 std::vector<Host> TissueBody::hosts_of(const KerfSurface& surface, const LatticeCut& cut) const {
   std::vector<Host> hosts = lattice_.hosts();
   for (std::size_t k = 0; k < surface.added_W.size(); ++k) {
-    NewPoint point{surface.added_W[k], surface.away_W[k], surface.parts[k], {}};
-    if (surface.sources[k] >= 0) point.rest = rest_place(surface.sources[k], point.p_W);
+    NewPoint point{surface.added_W[k], surface.away_W[k], surface.parts[k], {}, {}};
+    if (surface.sources[k] >= 0) {
+      point.rest = rest_place(surface.sources[k], point.p_W);
+      for (const std::int32_t corner : triangles_[std::size_t(surface.sources[k])]) {
+        point.cubes_beside.push_back(lattice_.hosts()[std::size_t(corner)].cube);
+      }
+    }
     hosts.push_back(cut.host_of(point).value_or(Host{}));
   }
   return hosts;
