@@ -28,6 +28,7 @@ pyramid       examples/scenes/pyramid.json
 ragdolls      ragdolls:8
 liver         examples/surgery/soft-liver.json
 cut           examples/surgery/cut.json
+needle        examples/surgery/needle.json
 hands         examples/surgery/two-hands.json
 LIST
 )

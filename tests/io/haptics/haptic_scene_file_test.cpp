@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "dyop/io/file_error.h"
@@ -209,6 +210,7 @@ TEST(HapticSceneFile, SaysWhatIsWrongWithABlade) {
 TEST(HapticSceneFile, TheScenesOfTheExamplesAreValid) {
   const std::string folder = DYOP_SURGERY_SCENES;
   EXPECT_EQ(load_haptic_run(folder + "/cut.json").tissue.size(), 2u);
+  EXPECT_EQ(load_haptic_run(folder + "/needle.json").tissue.size(), 1u);
   EXPECT_EQ(load_haptic_run(folder + "/soft-liver.json").tissue.size(), 2u);
   EXPECT_EQ(load_haptic_run(folder + "/two-hands.json").scene.tools().size(), 2u);
   const HapticRun run = load_haptic_run(folder + "/scene.json");
@@ -216,6 +218,34 @@ TEST(HapticSceneFile, TheScenesOfTheExamplesAreValid) {
   for (const ToolObstacle& obstacle : run.scene.obstacles) triangles += obstacle.triangles.size();
   EXPECT_GT(triangles, 40000u);
   EXPECT_EQ(run.strokes.size(), 5u);
+}
+
+// 17 mm into a channel 3 mm wide: without a force, but for the wall that it is pressed against, which
+// yields and comes back.
+TEST(HapticSceneFile, ANeedleFollowsAChannel) {
+  HapticRun run = load_haptic_run(std::string(DYOP_SURGERY_SCENES) + "/needle.json");
+  HapticSession session(run.scene, run.options);
+  run.runner.is_paced = false;
+  Scalar most_on_the_way = 0, pressed = 0, yielded = 0, deepest = kInfinity;
+  std::int64_t unproven = 0;
+  const auto device = [&](std::int64_t tick) { return run.device(tick); };
+  const auto look = [&](const TickRecord& record) {
+    const HapticTick& tick = record.tick;
+    const Scalar force = tick.wrench.force_W.norm();
+    const Vector3& tip_W = tick.tool.X_WT.translation();
+    unproven += tick.status == HapticStatus::Overlapping;
+    deepest = std::min(deepest, tip_W.z());
+    if (tick.time < 3 || tick.time > 5) most_on_the_way = std::max(most_on_the_way, force);
+    if (force > pressed) yielded = tip_W.x();
+    pressed = std::max(pressed, force);
+  };
+  run_session(session, device, run.tissue, look, run.runner);
+  EXPECT_EQ(unproven, 0);
+  EXPECT_LT(deepest, 19.1);
+  EXPECT_LT(most_on_the_way, 0.01);
+  EXPECT_GT(pressed, 0.2);
+  EXPECT_LT(pressed, 1);
+  EXPECT_GT(yielded, 3);
 }
 
 TEST(HapticSceneFile, NamesTheKeyThatIsWrong) {
