@@ -12,7 +12,9 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kDistanceExamples =
-    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
+    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH,
+cylinder:RADIUS,HALFLENGTH, cone:RADIUS,HALFLENGTH, half_space:NX,NY,NZ,OFFSET; others are in
+docs/command-line.md.
 
 Examples:
   How far is a ball of radius 0.5 at (3, 0, 0) from a box with edges 2, 2, 2?

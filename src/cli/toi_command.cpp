@@ -18,7 +18,9 @@ namespace dyop::cli {
 namespace {
 
 constexpr const char* kToiExamples =
-    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH.
+    R"(Shapes are mesh files, or sphere:RADIUS, box:HX,HY,HZ (half extents), capsule:RADIUS,HALFLENGTH,
+cylinder:RADIUS,HALFLENGTH, cone:RADIUS,HALFLENGTH, half_space:NX,NY,NZ,OFFSET; others are in
+docs/command-line.md.
 Any consistent units. Without options both bodies rest at the origin; poses are those at time 0.
 
 Examples:

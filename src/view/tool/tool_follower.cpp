@@ -241,6 +241,7 @@ class PictureWriter {
     if (tissue.is_cut) {
       span.segments.push_back({mesh.body, {t, t}, nullptr});
       span.marks.push_back({t, "status", "tissue is cut, and shown in the recording", {}});
+      status_ = HapticStatus::NotRun;  // so that the next mark tells it again
       return;
     }
     PageDeformation now{mesh.body, {}, {t}, {}};
@@ -260,6 +261,7 @@ class PictureWriter {
     shown_[tissue.obstacle] = body;
     span.segments.push_back({body, {t, t}, std::make_shared<const RestMotion>(RigidPose())});
     span.marks.push_back({t, "status", "tissue is cut", {}});
+    status_ = HapticStatus::NotRun;  // as above
   }
 
   // To the next snapshot; where a model's was left out, nothing moves.

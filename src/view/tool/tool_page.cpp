@@ -90,6 +90,7 @@ class ToolPageMaker {
       span_.segments.push_back(
           {shown, {swap.time, swap.time}, std::make_shared<const RestMotion>(RigidPose())});
       span_.marks.push_back({swap.time, "status", "tissue is cut", {}});
+      status_ = HapticStatus::NotRun;  // so that the next mark tells it again
     }
   }
 
