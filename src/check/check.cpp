@@ -40,6 +40,10 @@ std::string printable(const std::string& name) {
   return text;
 }
 
+std::string times(std::int64_t count) {
+  return count == 1 ? "once" : std::to_string(count) + " times";
+}
+
 void print_findings(std::ostream& out, const Recording& recording, const char* word,
                     const std::vector<Finding>& findings, std::int64_t count) {
   for (const Finding& finding : findings) {
@@ -93,7 +97,8 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
   }
   std::size_t placed = 0;
   for (const RecordedBody& body : recording.bodies) placed += body.placed.size();
-  if (placed > 0) out << "  " << placed << " times the caller put a body elsewhere\n";
+  if (placed > 0)
+    out << "  the caller put a body elsewhere " << times(std::int64_t(placed)) << '\n';
   if (recording.rules.front().line.kind == Json::Kind::Null)
     out << "  the file has no rules: all pairs count, at default distances unless it says others\n";
   if (!recording.is_complete) out << "  the run has no end: it goes on, or was killed\n";
@@ -137,8 +142,8 @@ void print_contacts(std::ostream& out, const Recording& recording, const Contact
   print_worst(out, recording, "energy created at an impact           ", law.energy);
   print_worst(out, recording, "recovery of gaps, length              ", law.recovery);
   print_worst(out, recording, "speed given up for sleep              ", law.sleep);
-  if (law.stalls > 0) out << "  " << law.stalls << " times bodies were stopped\n";
-  if (law.settings > 0) out << "  " << law.settings << " times the caller set a velocity\n";
+  if (law.stalls > 0) out << "  bodies were stopped " << times(law.stalls) << '\n';
+  if (law.settings > 0) out << "  the caller set a velocity " << times(law.settings) << '\n';
   if (law.without_law > 0) out << "  " << law.without_law << " contacts were not checked\n";
   for (const std::string& fault : law.faults) out << "  FAULT: " << printable(fault) << '\n';
 }
@@ -174,16 +179,16 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
         << printable(obstacle) << '\n';
   }
   if (verdict.leaving > 0) {
-    out << "  " << verdict.leaving << " times a part was nearer than its margin, as its tick says, "
-        << "and is proven not to touch\n";
+    out << "  a part was nearer than its margin " << times(verdict.leaving)
+        << ", as its tick says, and is proven not to touch\n";
   }
   if (verdict.crossing > 0) {
-    out << "  " << verdict.crossing
-        << " times a part is not proven, as its tick says that the tool crosses something\n";
+    out << "  a part is not proven " << times(verdict.crossing)
+        << ", as its tick says that the tool crosses something\n";
   }
-  if (verdict.placed > 1) out << "  tools began afresh " << verdict.placed - 1 << " times\n";
+  if (verdict.placed > 1) out << "  tools began afresh " << times(verdict.placed - 1) << '\n';
   if (verdict.replaced > 0)
-    out << "  " << verdict.replaced << " times tissue became another mesh\n";
+    out << "  tissue became another mesh " << times(verdict.replaced) << '\n';
   if (recording.missing_ticks > 0) {
     out << "  " << recording.missing_ticks
         << " ticks are not in the file, as the log was too slow for them: nothing is said of "
