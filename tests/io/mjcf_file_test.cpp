@@ -289,7 +289,8 @@ TEST_F(MjcfFile, NamesWhatIsWrong) {
   expect_message("<compiler angle='grad'/>", "angle: expected degree or radian");
   expect_message("<default><default><geom/></default></default>", "'class'");
   expect_world_message("<geom type='heights'/>", "type: expected plane");
-  expect_world_message("<geom type='hfield' hfield='h'/>", "hfield: expected the name of a hfield");
+  expect_world_message("<geom type='hfield' hfield='h'/>",
+                       "hfield: expected the name of an hfield");
   expect_world_message("<geom size='.1 -.2' type='capsule'/>", "2 numbers > 0");
   expect_world_message("<geom type='capsule' size='.1' fromto='1 1 1 1 1 1'/>", "fromto");
   expect_world_message("<geom type='mesh' mesh='none'/>", "mesh: expected the name of a mesh");

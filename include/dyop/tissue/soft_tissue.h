@@ -133,8 +133,9 @@ class SoftTissue {
   /// Takes everything inside the kerf away, as the tissue is now. The surface less the kerf, closed
   /// by caps, is the new one; vertices and triangles have other numbers. Both sides of a kerf move
   /// on their own, however thin it is: cubes that it divides are doubled [Molino2004]. What is left
-  /// keeps its places, velocities and momentum; the elastic energy does not rise. A cut ends where
-  /// it leaves material connected within a cube; crumbs below a fiftieth of a cube go with it.
+  /// keeps its places, velocities and momentum. Cut cubes are made softer, down to a half, so that
+  /// the elastic energy does not rise. A cut ends where it leaves material connected within a cube;
+  /// crumbs below a fiftieth of a cube go with it.
   ///
   /// Cost: a factorisation, some tenths of a second for 2,000 cubes. The next joint steps find what
   /// prepare_joint_steps() has found, for the nodes they need.

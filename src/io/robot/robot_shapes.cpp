@@ -172,7 +172,7 @@ std::filesystem::path MeshFinder::find_by_name(const XmlNode& node, const char* 
     node.fail(compose_message(attribute, ": '", name, "' could be '", best[0].string(), "' or '",
                               best[1].string(), "'"));
   }
-  notes_.push_back(compose_message("mesh '", name, "' was found as '", best[0].string(), "'"));
+  notes_.push_back(compose_message("'", name, "' was found as '", best[0].string(), "'"));
   return best[0];
 }
 
