@@ -192,8 +192,9 @@ std::optional<bool> BestFirstSearch<Pair>::is_nearest(const PieceDistance& piece
 // steps aim at.
 template <typename Pair>
 std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
-                                                       const ImpactContact& contact) {
+                                                       const ToiResult& impact) {
   constexpr int kProbes = 12;
+  const ImpactContact& contact = *impact.contact;
   if (!(contact.closing_speed > 0)) return std::nullopt;
   const Scalar below = band_.leaf_target;
   // Either above it or below it.
@@ -206,6 +207,7 @@ std::optional<Scalar> BestFirstSearch<Pair>::probe_hit(const QueuedPair& pair,
   for (int probe = 0; probe < kProbes && begin + step <= interval_.end; ++probe, step *= 2) {
     if (!(begin + step > begin)) continue;
     pair_.set_time(begin + step);
+    if (pair_.witness_distance(impact) < below) return pair_.time();
     const PieceDistance piece = measure(pair, goal);
     if (piece.upper < below || piece.is_overlapping) return pair_.time();
   }
@@ -230,7 +232,7 @@ ToiResult BestFirstSearch<Pair>::finish(ToiStatus status, Scalar t_safe) {
 template <typename Pair>
 ToiResult BestFirstSearch<Pair>::finish_impact(const QueuedPair& pair) {
   ToiResult result = finish(ToiStatus::Impact, pair.time);
-  result.t_hit = probe_hit(pair, *result.contact);
+  result.t_hit = probe_hit(pair, result);
   return result;
 }
 

@@ -68,6 +68,7 @@ class Interruption {
 ///     closing_speed, is_closing        of two leaves
 ///     is_single_leaf_pair, nearer_search, start_noise, enclosed_point
 ///     witness_pair, poses, contacts_within    what a result consists of
+///     witness_distance                 of its two points, later
 ///
 /// Instantiated for both in best_first_search.cpp.
 template <typename Pair>
@@ -114,7 +115,7 @@ class BestFirstSearch {
   ImpactContact make_contact(const PieceDistance& piece, const QueuedPair& pair) const {
     return {pair_.witness_pair(piece, pair), pair_.closing_speed(piece, pair)};
   }
-  std::optional<Scalar> probe_hit(const QueuedPair& pair, const ImpactContact& contact);
+  std::optional<Scalar> probe_hit(const QueuedPair& pair, const ToiResult& impact);
   ToiResult finish(ToiStatus status, Scalar t_safe);
   ToiResult finish_impact(const QueuedPair& pair);
   ToiResult finish_undecided(ToiStatus status, const QueuedPair& pair);

@@ -11,11 +11,13 @@
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btContinuousConvexCollision.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/convex.h>
+#include <fcl/geometry/shape/sphere.h>
 #include <fcl/math/motion/interp_motion.h>
 #include <fcl/narrowphase/continuous_collision.h>
 
@@ -187,43 +189,50 @@ void run(const Case& subject, const char* engine_name, const Engine& engine) {
     ToiOracle oracle(subject.body, query.motion_a, subject.body, query.motion_b);
     loose += oracle.distance_at(*answers[k], kTouching).lower > kLoose;
   }
-  std::printf("%-5s %5g %-8s %8.2f %6d %7d %6d %6d\n", subject.name.c_str(), subject.rate,
+  std::printf("%-6s %5g %-8s %8.2f %6d %7d %6d %6d\n", subject.name.c_str(), subject.rate,
               engine_name, best, hits, missed, late, loose);
   std::fflush(stdout);
 }
 
+// One body as each engine has it.
+struct Shapes {
+  std::string name;
+  const Shape& dyop;
+  const btConvexShape& bullet;
+  const fcl::CollisionGeometryd& fcl;
+};
+
+void run_shape(const Shapes& shapes, int count, std::uint64_t seed) {
+  const OracleBody body(shapes.dyop);
+  for (const Scalar rate : {0.0, 1.0, 3.0}) {
+    const std::deque<Query> queries = random_queries(count, rate, seed);
+    const std::vector<Answer> touching = truth(body, queries);
+    const Case subject{shapes.name, rate, body, queries, touching};
+    run(subject, "dyop", dyop_engine(shapes.dyop));
+    run(subject, "Bullet", bullet_engine(shapes.bullet));
+    run(subject, "FCL", fcl_engine(shapes.fcl));
+    const auto hits = std::count_if(touching.begin(), touching.end(),
+                                    [](const Answer& t) { return t.has_value(); });
+    std::printf("%-6s %5g %-8s %8s %6d\n", subject.name.c_str(), rate, "oracle", "", int(hits));
+  }
+}
+
 void run_all(int count, std::uint64_t seed) {
+  constexpr Scalar kRadius = 0.5;
   const Vector3 half(0.5, 0.4, 0.3);
-  const Box box(half);
   std::mt19937_64 random(seed);
   std::vector<Vector3> points(32);
   for (Vector3& p : points) p = 0.6 * random_direction(random);
   const ConvexHull hull(points);
-  btBoxShape bullet_box(to_bullet(half));
   btConvexHullShape bullet_hull;
   for (const Vector3& p : points) bullet_hull.addPoint(to_bullet(p));
   bullet_hull.setMargin(0);  // it would be added outside; a box has it inside
-  const fcl::Boxd fcl_box(2 * half);
-  const auto convex = fcl_hull(hull);
-  std::printf("%-5s %5s %-8s %8s %6s %7s %6s %6s\n", "shape", "rate", "engine", "us", "hits",
+  std::printf("%-6s %5s %-8s %8s %6s %7s %6s %6s\n", "shape", "rate", "engine", "us", "hits",
               "missed", "late", "loose");
-  for (const bool is_box : {true, false}) {
-    const Shape& shape = is_box ? static_cast<const Shape&>(box) : hull;
-    const OracleBody body(shape);
-    for (const Scalar rate : {0.0, 1.0, 3.0}) {
-      const std::deque<Query> queries = random_queries(count, rate, seed);
-      const std::vector<Answer> touching = truth(body, queries);
-      const Case subject{is_box ? "box" : "hull", rate, body, queries, touching};
-      run(subject, "dyop", dyop_engine(shape));
-      run(subject, "Bullet",
-          bullet_engine(is_box ? static_cast<const btConvexShape&>(bullet_box) : bullet_hull));
-      run(subject, "FCL",
-          fcl_engine(is_box ? static_cast<const fcl::CollisionGeometryd&>(fcl_box) : *convex));
-      const auto hits = std::count_if(touching.begin(), touching.end(),
-                                      [](const Answer& t) { return t.has_value(); });
-      std::printf("%-5s %5g %-8s %8s %6d\n", subject.name.c_str(), rate, "oracle", "", int(hits));
-    }
-  }
+  run_shape({"sphere", Sphere(kRadius), btSphereShape(kRadius), fcl::Sphered(kRadius)}, count,
+            seed);
+  run_shape({"box", Box(half), btBoxShape(to_bullet(half)), fcl::Boxd(2 * half)}, count, seed);
+  run_shape({"hull", hull, bullet_hull, *fcl_hull(hull)}, count, seed);
 }
 
 }  // namespace

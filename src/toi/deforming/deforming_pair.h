@@ -79,6 +79,8 @@ class DeformingPair {
     return {a_.pose(), b_.pose()};
   }
   std::vector<Contact> contacts_within(Scalar reach) const;
+  /// None: a result does not tell where on the mesh its points are.
+  Scalar witness_distance(const ToiResult& /*impact*/) const { return kInfinity; }
 
  private:
   PieceDistance measure(std::int32_t leaf_a, std::int32_t leaf_b, Scalar noise) const {

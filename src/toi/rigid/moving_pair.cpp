@@ -24,7 +24,7 @@ void move(BodyInstant& now, const MovingShape& body, Scalar t_now, Scalar t, Sca
   now.R_WB = R_WB;
   now.p_WB = p_WB;
   now.v_WB = state.twist.v_WB;
-  now.w_WB = state.twist.w_WB;
+  now.w_WB = body.is_ball ? Vector3::Zero() : state.twist.w_WB;
 }
 
 BoundLookups lookups_of(const Shape& a, const Shape& b) {
@@ -74,8 +74,8 @@ MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const
   const TwistBound& bound_a = a_.bounds.whole();
   const TwistBound& bound_b = b_.bounds.whole();
   now_.linear_speed = bound_a.linear_speed + bound_b.linear_speed;
-  now_.angular_speed_a = bound_a.angular_speed;
-  now_.angular_speed_b = bound_b.angular_speed;
+  now_.angular_speed_a = a_.is_ball ? 0 : bound_a.angular_speed;
+  now_.angular_speed_b = b_.is_ball ? 0 : bound_b.angular_speed;
   largest_speed_ =
       now_.linear_speed + now_.angular_speed_a * a_.radius + now_.angular_speed_b * b_.radius;
   is_smooth_ = a_.motion.smooth_until(interval.begin) >= interval.end &&
@@ -113,8 +113,8 @@ void MovingPair::set_horizon() {
   const TwistBound near_a = a_.bounds.over(time_, end);
   const TwistBound near_b = b_.bounds.over(time_, end);
   now_.linear_acceleration = near_a.linear_acceleration + near_b.linear_acceleration;
-  now_.angular_acceleration_a = near_a.angular_acceleration;
-  now_.angular_acceleration_b = near_b.angular_acceleration;
+  now_.angular_acceleration_a = a_.is_ball ? 0 : near_a.angular_acceleration;
+  now_.angular_acceleration_b = b_.is_ball ? 0 : near_b.angular_acceleration;
 }
 
 void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
@@ -212,6 +212,9 @@ TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const
 
 SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
                                Scalar floor) const {
+  if (a_.is_ball && b_.is_ball) {
+    return safe_step_of_balls(now_, a_.radius, b_.radius, floor);
+  }
   const LeafPiece piece_a = a_.tree.piece(leaf_a);
   const LeafPiece piece_b = b_.tree.piece(leaf_b);
   const TurningNormal normal = normal_with_features(piece, piece_a, piece_b);

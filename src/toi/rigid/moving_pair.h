@@ -11,6 +11,13 @@
 
 namespace dyop::toi_internal {
 
+/// Whether a shape is a ball about the origin of its frame: turns do not move it.
+inline bool is_centred_ball(const ConvexShape* shape) {
+  if (!shape) return false;
+  const SimpleCore& core = shape->simple_core();
+  return core.kind == CoreKind::Point && core.is_centred;
+}
+
 /// Names of a query's motions in messages.
 inline constexpr const char* kMotionOfA = "time_of_impact: the motion of A";
 inline constexpr const char* kMotionOfB = "time_of_impact: the motion of B";
@@ -23,6 +30,7 @@ struct MovingShape {
       : name(the_name),
         shape(the_shape),
         tree(the_shape, extent),
+        is_ball(is_centred_ball(tree.convex())),
         radius((tree.convex() ? *tree.convex() : the_shape).bounding_radius()),
         motion(the_motion),
         is_trusted(the_motion.is_trusted()),
@@ -31,6 +39,7 @@ struct MovingShape {
   const char* name;  ///< name of its motion in messages
   const Shape& shape;
   ShapeTree tree;
+  const bool is_ball;
   const Scalar radius;
   const Motion& motion;
   const bool is_trusted;  ///< the motion
@@ -43,7 +52,8 @@ inline Scalar node_radius(const OrientedBox& box) {
   return (box.center.norm() + box.half_extents.norm()) * (1 + 0x1p-20);
 }
 
-/// The two bodies of a query at one time of an interval, in the forms that the bounds need.
+/// The two bodies of a query at one time of an interval, in the forms that the bounds need. A ball
+/// about its origin counts as not turning.
 class MovingPair {
  public:
   /// `interval` must be valid. Throws InvalidArgument for a motion that is unsound at its start.

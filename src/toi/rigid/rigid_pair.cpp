@@ -11,9 +11,9 @@ namespace dyop::toi_internal {
 RigidPair::RigidPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                      const TimeInterval& interval, const ImpactBand& band,
                      std::span<const BoxPair> first_pairs)
-    : box_target_(band.box_target),
-      kernels_(box_steps_kernels(best_instruction_set())),
-      moving_(a, X_WA, b, X_WB, interval, box_target_),
+    : kernels_(box_steps_kernels(best_instruction_set())),
+      moving_(a, X_WA, b, X_WB, interval, band.box_target),
+      first_target_(is_single_leaf_pair() ? band.leaf_target : band.box_target),
       first_pairs_(first_pairs) {}
 
 Scalar RigidPair::start_noise() const {
@@ -29,7 +29,7 @@ Scalar RigidPair::skip_turns() {
   const PairInstant& now = moving_.now();
   const Scalar turning = std::max(now.angular_speed_a, now.angular_speed_b);
   for (int k = 0; k < kSteps; ++k) {
-    const Scalar step = safe_time_of_balls(now, a().radius, b().radius, box_target_);
+    const Scalar step = safe_time_of_balls(now, a().radius, b().radius, first_target_);
     if (!(step * turning > kTurn)) break;
     if (step >= now.remaining) return kInfinity;
     if (!(time() + step > time())) break;
@@ -42,7 +42,7 @@ Scalar RigidPair::skip_turns() {
 Scalar RigidPair::first_time() {
   const Scalar begin = skip_turns();
   if (begin == kInfinity || !is_single_leaf_pair()) return begin;
-  const Scalar step = safe_time_of_balls(moving_.now(), a().radius, b().radius, box_target_);
+  const Scalar step = safe_time_of_balls(moving_.now(), a().radius, b().radius, first_target_);
   return step > 0 && step >= moving_.now().remaining ? kInfinity : begin + step;
 }
 
@@ -55,6 +55,13 @@ std::optional<Vector3> RigidPair::enclosed_point(const ToiOptions& options) cons
 std::pair<RigidPose, RigidPose> RigidPair::poses(Scalar t) const {
   if (t == time()) return {pose_of(moving_.now().a), pose_of(moving_.now().b)};
   return {guarded_pose(a().motion, t, a().name), guarded_pose(b().motion, t, b().name)};
+}
+
+Scalar RigidPair::witness_distance(const ToiResult& impact) const {
+  const auto [X_WA, X_WB] = poses(time());
+  const Vector3 p_WCa = X_WA * (impact.X_WA.inverse() * impact.contact->p_WCa);
+  const Vector3 p_WCb = X_WB * (impact.X_WB.inverse() * impact.contact->p_WCb);
+  return (p_WCb - p_WCa).norm() + noise();
 }
 
 std::vector<Contact> RigidPair::contacts_within(Scalar reach) const {

@@ -81,6 +81,8 @@ class RigidPair {
                                            pose_of(moving_.now().a));
   }
   std::pair<RigidPose, RigidPose> poses(Scalar t) const;
+  /// An upper bound on the distance at the current time: of the points that touch in a result.
+  Scalar witness_distance(const ToiResult& impact) const;
   /// At the current time.
   std::vector<Contact> contacts_within(Scalar reach) const;
 
@@ -97,9 +99,9 @@ class RigidPair {
   }
   Scalar skip_turns();
 
-  const Scalar box_target_;
   const BoxStepsKernels kernels_;
   MovingPair moving_;
+  const Scalar first_target_;  // of the steps before any box or leaf is examined
   const std::span<const BoxPair> first_pairs_;
 };
 

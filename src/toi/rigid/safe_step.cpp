@@ -67,18 +67,56 @@ Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
   return x * h * (1 - 32 * kUnitRoundoff);
 }
 
+namespace {
+
+// How long two points, p apart and moving by v relative to each other without acceleration, stay
+// more than `reach` apart, up to h: the first root of |p + s v|^2 - reach^2, with Bernstein
+// coefficients |p|^2 - reach^2, that plus h p.v, and |p + h v|^2 - reach^2.
+Scalar safe_time_of_points(const Vector3& p, const Vector3& v, Scalar reach, Scalar h) {
+  const Scalar closing = h * p.dot(v);
+  const Scalar path = h * v.norm();
+  const Scalar largest = p.norm() + path;
+  // literal: the roundings of all terms and of the root, each at most a few u of the square.
+  const Scalar c0 = p.squaredNorm() - reach * reach - 64 * kUnitRoundoff * largest * largest;
+  if (!(c0 > 0)) return 0;
+  return std::min(h, first_root(c0, c0 + closing, c0 + 2 * closing + path * path, h));
+}
+
+}  // namespace
+
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor) {
   const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;
+  const Vector3 v_AB_W = pair.b.v_WB - pair.a.v_WB;
   const Scalar origins = p_AB_W.norm();
-  const Scalar gap = origins - radius_a - radius_b - floor - pair.noise;
+  const Scalar reach = radius_a + radius_b + floor + pair.noise;
+  const Scalar gap = origins - reach;
   if (!(gap > 0 && gap < kInfinity)) return 0;  // overflow proves nothing
-  const Scalar opening = p_AB_W.dot(pair.b.v_WB - pair.a.v_WB) / origins;
+  const Scalar h = pair.horizon;
+  const Scalar acceleration = pair.linear_acceleration;
+  if (acceleration == 0) return safe_time_of_points(p_AB_W, v_AB_W, reach, h);
   // On [0, h]: gap + opening s - acceleration s^2 / 2, with Bernstein coefficients
   // gap, gap + opening h / 2, gap + opening h - acceleration h^2 / 2.
-  const Scalar h = pair.horizon;
-  const Scalar root = first_root(gap, gap + opening * h / 2,
-                                 gap + opening * h - pair.linear_acceleration * (h * h / 2), h);
-  return std::min(root, h);
+  const Scalar opening = p_AB_W.dot(v_AB_W) / origins;
+  const Scalar root =
+      first_root(gap, gap + opening * h / 2, gap + opening * h - acceleration * (h * h / 2), h);
+  const Scalar along = std::min(root, h);
+  // What passes at a distance is nearer than along its first direction for a while only: up to
+  // twice that time, with all that acceleration can do by then.
+  const Scalar longer = std::min(h, 2 * along);
+  return std::max(along, safe_time_of_points(p_AB_W, v_AB_W,
+                                             reach + acceleration * (longer * longer / 2), longer));
+}
+
+SafeStep safe_step_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b,
+                            Scalar floor) {
+  SafeStep step;
+  step.gap = (pair.b.p_WB - pair.a.p_WB).norm() - radius_a - radius_b - floor - pair.noise;
+  if (!(step.gap > 0 && step.gap < kInfinity)) return {};
+  // NaN (infinite bound): no step
+  const Scalar by_speed = pair.linear_speed >= 0 ? step.gap / pair.linear_speed : 0;
+  step.time = std::max(safe_time_of_balls(pair, radius_a, radius_b, floor), by_speed);
+  if (step.time >= pair.remaining) step.time = kInfinity;
+  return step;
 }
 
 }  // namespace dyop::toi_internal

@@ -114,8 +114,13 @@ struct Slab {
       0;  ///< guess of the rate at which it shrinks: decides which times are tried first
 };
 
-/// Bounds that need no direction: two balls about the body origins, and the largest speeds.
+/// How long two balls about the body origins stay more than `floor` apart, within the horizon.
+/// Without acceleration exact up to rounding.
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor);
+
+/// The safe step of two bodies that are such balls.
+SafeStep safe_step_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b,
+                            Scalar floor);
 
 /// Finds a safe step along a direction, by the coupled second-order bound and the bounds without a
 /// direction.

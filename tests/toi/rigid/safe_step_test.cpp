@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <random>
 
+#include "core/tolerance.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/primitives.h"
 
@@ -187,6 +190,112 @@ TEST_F(SafeStepProperty, HoldsWhateverClosingSpeedIsGuessed) {
     }
   }
   EXPECT_GT(limited, 5000);
+}
+
+// Balls are sums of a few numbers: in long double the roundings of safe_time_of_balls() are
+// visible.
+class BallSteps : public SafeStepProperty {
+ protected:
+  using Number = long double;
+  using Vector = Eigen::Matrix<Number, 3, 1>;
+
+  // At scales from 1e-4 to 1e4, radii from nothing to more than the distance, and paths that pass at
+  // every distance, many of them at nearly the sum of the radii.
+  PairInstant draw(Scalar& radius_a, Scalar& radius_b) {
+    const Scalar scale = std::pow(10.0, 8 * uniform() - 4);
+    PairInstant pair;
+    pair.a = body(1);
+    pair.b = body(1);
+    radius_a = scale * std::pow(10.0, -6 * uniform());
+    radius_b = scale * std::pow(10.0, -6 * uniform());
+    const Scalar ahead = std::pow(10.0, 4 * uniform() - 1) * (radius_a + radius_b);
+    const Scalar aside =
+        (radius_a + radius_b) *
+        (uniform() < 0.5 ? 1 + (uniform() - 0.5) * std::pow(10.0, -12 * uniform()) : 3 * uniform());
+    const Vector3 along = direction();
+    const Vector3 across = along.cross(direction()).normalized();
+    pair.a.p_WB *= scale * (uniform() < 0.5 ? 0 : 100);
+    pair.b.p_WB = pair.a.p_WB + ahead * along + aside * across;
+    pair.a.v_WB = pair.b.v_WB + scale * std::pow(10.0, 4 * uniform() - 2) * along;
+    pair.remaining = pair.horizon = scale * std::pow(10.0, 4 * uniform() - 2);
+    pair.linear_speed = kInfinity;
+    const Scalar size = pair.a.p_WB.norm() + pair.b.p_WB.norm() +
+                        (pair.a.v_WB.norm() + pair.b.v_WB.norm()) * pair.horizon;
+    pair.noise = kStepNoise * size;
+    return pair;
+  }
+};
+
+TEST_F(BallSteps, AreExactWithoutAcceleration) {
+  int hits = 0;
+  int misses = 0;
+  for (int i = 0; i < 300000; ++i) {
+    Scalar radius_a;
+    Scalar radius_b;
+    PairInstant pair = draw(radius_a, radius_b);
+    if (i % 4 == 0) {  // places and speeds without rounding: nothing else may need the noise
+      pair.b.p_WB -= pair.a.p_WB;
+      pair.b.v_WB = pair.a.p_WB = Vector3::Zero();
+      pair.noise = 0;
+    }
+    const Scalar floor = i % 2 ? 0 : uniform() * radius_a;
+    const Vector p = pair.b.p_WB.cast<Number>() - pair.a.p_WB.cast<Number>();
+    const Vector v = pair.b.v_WB.cast<Number>() - pair.a.v_WB.cast<Number>();
+    const Number reach = Number(radius_a) + radius_b + floor;
+    const Scalar time = safe_time_of_balls(pair, radius_a, radius_b, floor);
+    const Number middle = -p.dot(v) / v.squaredNorm();
+    const auto nearest_until = [&](Number t) -> Number {
+      return (p + std::clamp<Number>(middle, 0, t) * v).norm();
+    };
+    ASSERT_GE(time, 0);
+    ASSERT_LE(time, pair.horizon);
+    if (time == 0) continue;
+    ASSERT_GE(nearest_until(time), reach) << i;
+    // What is lost beyond the noise.
+    const Number size = p.norm() + v.norm() * pair.horizon;
+    const Number loss = 128 * kUnitRoundoff * size * size / reach + 2 * pair.noise;
+    const bool is_miss = nearest_until(pair.horizon) > reach + loss;
+    (is_miss ? misses : hits) += 1;
+    if (is_miss) {
+      ASSERT_EQ(time, pair.horizon) << i;
+    } else if (time < pair.horizon) {
+      ASSERT_LE((p + Number(time) * v).norm(), reach + loss) << i;
+    }
+  }
+  EXPECT_GT(hits, 50000);
+  EXPECT_GT(misses, 50000);
+}
+
+// The worst that an acceleration can do: it pulls towards the other body from the start, or from
+// some time on, in any direction near that.
+TEST_F(BallSteps, HoldWhateverAccelerates) {
+  int shortened = 0;
+  int longer = 0;
+  for (int i = 0; i < 100000; ++i) {
+    Scalar radius_a;
+    Scalar radius_b;
+    PairInstant pair = draw(radius_a, radius_b);
+    const Vector3 p = pair.b.p_WB - pair.a.p_WB;
+    const Vector3 v = pair.b.v_WB - pair.a.v_WB;
+    const Scalar h = pair.horizon;
+    pair.linear_acceleration =
+        std::pow(10.0, 6 * uniform() - 5) * (p.norm() + v.norm() * h) / h / h;
+    const Scalar time = safe_time_of_balls(pair, radius_a, radius_b, 0);
+    if (time == 0) continue;
+    shortened += time < h;
+    const Scalar reach = radius_a + radius_b;
+    for (int k = 1; k <= 20; ++k) {
+      const Scalar s = time * k / 20;
+      const Vector3 there = p + s * v;
+      const Scalar pulled = pair.linear_acceleration * s * s / 2;
+      ASSERT_GE(there.norm() - pulled, reach * (1 - 1e-12)) << i;
+    }
+    // Along the first direction the bound would be shorter.
+    const Scalar opening = p.dot(v) / p.norm();
+    longer += p.norm() - reach + time * opening - pair.linear_acceleration * time * time / 2 < 0;
+  }
+  EXPECT_GT(shortened, 10000);
+  EXPECT_GT(longer, 10000);
 }
 
 // A corner above a face that tilts: along a fixed normal the face's far corners come up, along the
