@@ -393,7 +393,9 @@ Outcome run_stages(SessionState& state, std::span<const DevicePose> devices, Sca
   outcome.was_cut = state.clock.cutoff().has_value();
   follow_in_soft_regions(state, outcome.dt, work);
   state.proxy.measure({state.clock, state.options.clearance_work}, work);
-  outcome.report.overlapping |= state.proxy.beside_new();
+  const haptics_internal::NewNeighbours beside_new = state.proxy.beside_new();
+  outcome.report.recovering |= beside_new.recovering;
+  outcome.report.overlapping |= beside_new.overlapping;
   outcome.steps = haptics_internal::step_between(before, state.proxy.poses());
   const Scalar late = outcome.dt - outcome.report.committed;
   if (late > kTimeNoise * outcome.dt) outcome.late = late;

@@ -72,12 +72,22 @@ void PairProofs::forget(std::size_t obstacle) {
   }
 }
 
-ToolSet PairProofs::beside_new() const {
-  ToolSet tools;
+void PairProofs::measure_new(const ToolPoses& poses, TickStatistics& work) {
+  WorkClock endless;
+  WorkShare all(endless);
+  for (ProxyPair& pair : pairs_) {
+    const bool is_unknown = pair.is_new && !(pair.distance.upper < kInfinity);
+    if (!is_unknown || !scene_.obstacles[pair.obstacle]->is_hard()) continue;
+    measure(poses, pair, {}, all, work);
+  }
+}
+
+NewNeighbours PairProofs::beside_new() const {
+  NewNeighbours tools;
   for (const ProxyPair& pair : pairs_) {
     const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
-    const bool is_apart = pair.distance.lower > obstacle.margin;
-    if (pair.is_new && obstacle.is_hard() && !is_apart) tools |= tools_of(pair);
+    if (!pair.is_new || !obstacle.is_hard() || pair.distance.lower > obstacle.margin) continue;
+    (pair.distance.lower > 0 ? tools.recovering : tools.overlapping) |= tools_of(pair);
   }
   return tools;
 }

@@ -34,6 +34,12 @@ struct Proof {
   ToolSet overlapping;  ///< in a pair that crosses, and is left out
 };
 
+/// The tools beside another mesh of which nothing is proven yet, by what is measured.
+struct NewNeighbours {
+  ToolSet recovering;   ///< within the margin
+  ToolSet overlapping;  ///< not known to be apart
+};
+
 /// The proofs that the tool's bodies and the hard obstacles stay apart, and the clearances: for
 /// each pair of a body and an obstacle bounds of their distance, kept from motion to motion.
 class PairProofs {
@@ -58,10 +64,12 @@ class PairProofs {
   void commit(const ToolPoses& from, const ToolMotions& motion, Scalar t);
   /// The obstacle is another mesh now.
   void forget(std::size_t obstacle);
+  /// Measures the pairs whose obstacle is another mesh, however long it takes: where the tools are
+  /// beside it must be known even in a tick that is cut off.
+  void measure_new(const ToolPoses& poses, TickStatistics& work);
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(const ToolPoses& poses, WorkShare share, TickStatistics& work);
-  /// The tools beside another mesh that neither a proof nor a clearance has shown to be apart.
-  ToolSet beside_new() const;
+  NewNeighbours beside_new() const;
   /// The tools of a pair.
   ToolSet tools_of(const ProxyPair& pair) const;
 

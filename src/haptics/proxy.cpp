@@ -139,6 +139,7 @@ void Proxy::start(const Following& tick) {
   for (std::size_t k = 0; k < scene_.obstacles.size(); ++k) {
     if (scene_.obstacles[k]->start_tick()) forget(k);
   }
+  proofs_.measure_new(course_.pose, tick.work);
   for (std::size_t k = 0; k < scene_.tools.size(); ++k) {
     paths_[k].clear();
     paths_[k].push_back({0, course_.pose[k]});
@@ -241,7 +242,10 @@ Proxy::Piece Proxy::next_piece(const Following& tick) {
   piece.duration = piece.remaining;
   for (std::size_t k = 0; k < scene_.obstacles.size(); ++k) {
     Obstacle& obstacle = *scene_.obstacles[k];
-    if (!(obstacle.time_left() > 0) && obstacle.go_on()) forget(k);
+    if (!(obstacle.time_left() > 0) && obstacle.go_on()) {
+      forget(k);
+      proofs_.measure_new(course_.pose, tick.work);
+    }
     piece.duration = std::min(piece.duration, obstacle.time_left());
   }
   return piece;

@@ -131,7 +131,7 @@ class Proxy {
     contacts_.set_coupling(tool, coupling);
   }
   /// See PairProofs.
-  ToolSet beside_new() const { return proofs_.beside_new(); }
+  NewNeighbours beside_new() const { return proofs_.beside_new(); }
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(WorkShare share, TickStatistics& work) {
     proofs_.measure(course_.pose, share, work);

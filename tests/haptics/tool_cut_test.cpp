@@ -252,6 +252,7 @@ TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
             theatre.session->replay(device, kMillisecond, TickCutoff{checkpoint, 0});
         EXPECT_LE(tick.statistics.checkpoints, checkpoint);
         cut_off += tick.cutoff.has_value();
+        EXPECT_EQ(tick.status == HapticStatus::Overlapping, height > 1) << checkpoint;
         const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
         const auto truth =
             testing::sample_distance(*theatre.ball, still, theatre.mesh.triangles,
