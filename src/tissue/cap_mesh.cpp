@@ -2,6 +2,7 @@
 #include "tissue/cap_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <unordered_map>
 
@@ -15,7 +16,10 @@ using Ring = std::vector<std::int32_t>;
 constexpr Scalar kAreaNoise = 1e-14;       // literal: some roundings of twice a triangle's area
 constexpr Scalar kAreaError = 1e-9;        // literal: far above the sum of all triangles' roundings
 constexpr std::size_t kMostInside = 4000;  // points: the time grows with their square
-constexpr Scalar kFromLoop = 0.5;          // spacings between an added point and the loops
+constexpr std::size_t kMostOverlapping = 1000;  // points: the time grows with their cube
+constexpr Scalar kShort = 1e-6;                 // of a chord's squared length, against area
+constexpr Scalar kFlat = 1e-3;     // what a flat triangle costs, which shares its chord with others
+constexpr Scalar kFromLoop = 0.5;  // spacings between an added point and the loops
 
 Scalar cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -202,6 +206,62 @@ class Ears {
   Scalar noise_;
 };
 
+// Triangulates a ring that crosses itself, where what it bounds lies over itself: by dynamic
+// programming [Klincsek1980] so that what turns right has the least area, and chords are short. Only
+// where no disk can be laid over itself with this outline does anything turn right.
+class Overlap {
+ public:
+  Overlap(const std::vector<Vector2d>& points, const Ring& ring, Scalar noise)
+      : points_(points), ring_(ring), noise_(noise), flat_(kFlat / kAreaNoise * noise) {}
+
+  bool cut(std::vector<TriangleIndices>& triangles) {
+    const std::size_t size = ring_.size();
+    if (size > kMostOverlapping) return false;
+    chords_.resize(size * size);
+    for (std::size_t length = 2; length < size; ++length) {
+      for (std::size_t i = 0; i + length < size; ++i) find(i, i + length);
+    }
+    std::vector<std::array<std::size_t, 2>> rest{{0, size - 1}};
+    while (!rest.empty()) {
+      const auto [i, j] = rest.back();
+      rest.pop_back();
+      if (j == i + 1) continue;
+      const std::size_t k = chord(i, j).middle;
+      triangles.push_back({ring_[i], ring_[k], ring_[j]});
+      rest.push_back({i, k});
+      rest.push_back({k, j});
+    }
+    return true;
+  }
+
+ private:
+  // From point i of the ring to point j: the best triangle at it, and the cost of what lies between.
+  struct Chord {
+    Scalar cost = 0;
+    std::size_t middle = 0;
+  };
+
+  Chord& chord(std::size_t i, std::size_t j) { return chords_[i * ring_.size() + j]; }
+  const Vector2d& at(std::size_t k) const { return points_[std::size_t(ring_[k])]; }
+
+  void find(std::size_t i, std::size_t j) {
+    Chord best{kInfinity, i + 1};
+    for (std::size_t k = i + 1; k < j; ++k) {
+      const Scalar left = turn(at(i), at(k), at(j));
+      const Scalar cost = chord(i, k).cost + chord(k, j).cost + std::max(0.0, -left) +
+                          (std::abs(left) <= noise_ ? flat_ : 0);
+      if (cost < best.cost) best = {cost, k};
+    }
+    best.cost += kShort * (at(j) - at(i)).squaredNorm();
+    chord(i, j) = best;
+  }
+
+  const std::vector<Vector2d>& points_;
+  const Ring& ring_;
+  Scalar noise_, flat_;
+  std::vector<Chord> chords_;
+};
+
 // Triangles that know their neighbours, each under its three directed edges.
 class Flips {
  public:
@@ -350,7 +410,10 @@ std::optional<std::vector<TriangleIndices>> triangulate(PlaneRegion& region, Sca
   if (!rings) return std::nullopt;
   std::vector<TriangleIndices> triangles;
   for (const Ring& ring : *rings) {
-    if (!Ears(region.points, ring, noise).cut(triangles)) return std::nullopt;
+    const std::size_t before = triangles.size();
+    if (Ears(region.points, ring, noise).cut(triangles)) continue;
+    triangles.resize(before);
+    if (!Overlap(region.points, ring, noise).cut(triangles)) return std::nullopt;
   }
   Scalar area = 0;
   for (const TriangleIndices& t : triangles) {

@@ -22,7 +22,8 @@ struct PlaneRegion {
 ///
 /// @param region  Out: with the added points at the end.
 /// @param spacing Of the added points; 0: none.
-/// @return Counterclockwise triangles; nothing if the loops cross themselves or each other.
+/// @return Counterclockwise triangles. Where a loop crosses itself they lie over each other, some of
+///         them perhaps clockwise. Nothing if a hole lies in no loop or crosses the one around it.
 std::optional<std::vector<TriangleIndices>> triangulate(PlaneRegion& region, Scalar spacing);
 
 }  // namespace dyop::tissue_internal

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "dyop/geometry/triangle_mesh.h"
@@ -194,11 +195,12 @@ class Caps {
     }
   }
 
-  // @param is_inside Whether a corner of the kerf is in this part; asked if no crossing tells.
+  // @param covers How often this part of the body covers a corner of the kerf; asked if the
+  // crossings do not tell.
   // @return False if the surface crosses itself there.
-  template <typename IsInside>
-  bool close(const IsInside& is_inside, std::vector<TriangleIndices>& triangles) {
-    if (!find_corners(is_inside)) return false;
+  template <typename Covers>
+  bool close(const Covers& covers, std::vector<TriangleIndices>& triangles) {
+    if (!find_corners(covers)) return false;
     for (Edge& edge : edges_) add_rim(edge);
     if (!is_clear_) return false;
     for (int plane = 0; plane < kPlanes; ++plane) {
@@ -245,46 +247,50 @@ class Caps {
     }
   }
 
-  template <typename IsInside>
-  bool find_corners(const IsInside& is_inside) {
-    bool is_known = false;
+  // From the first one along the edges. Where parts of the body that were pressed together overlap,
+  // they cover a place more than once.
+  template <typename Covers>
+  bool find_corners(const Covers& covers) {
     for (Edge& edge : edges_) {
-      if (edge.crossings.empty()) continue;
       std::sort(edge.crossings.begin(), edge.crossings.end(), [&](const auto& a, const auto& b) {
         return points_[a.first][edge.axis] < points_[b.first][edge.axis];
       });
-      // How often the body covers the edge: parts of it that were pressed together may overlap.
-      int depth = 0, least = 0;
-      for (const auto& [point, is_end] : edge.crossings) {
-        depth += is_end ? -1 : 1;
-        least = std::min(least, depth);
-      }
-      if (least < -1 || depth - least > 1) return false;
-      if (!set_corner(edge.corners[0], least < 0)) return false;
-      if (!set_corner(edge.corners[1], depth - least > 0)) return false;
-      is_known = true;
     }
-    if (!is_known) is_in_[0] = is_inside(corner(0));
-    return spread_corners();
+    covered_[0] = 0;
+    if (!spread_corners()) return false;
+    const auto [least, most] = range_of_covers();
+    const int first = most == least + 1 ? -least : covers(corner(0));
+    for (std::optional<int>& times : covered_) *times += first;
+    return least + first >= 0;
   }
 
-  bool set_corner(std::size_t corner, bool is_in) {
-    if (!is_in_[corner]) is_in_[corner] = is_in;
-    return *is_in_[corner] == is_in;
-  }
-
-  // Along the edges that nothing crosses: three are the longest way.
+  // Three edges are the longest way.
   bool spread_corners() {
     for (int pass = 0; pass < 3; ++pass) {
       for (const Edge& edge : edges_) {
-        if (!edge.crossings.empty()) continue;
-        for (std::size_t k = 0; k < 2; ++k) {
-          const std::optional<bool> known = is_in_[edge.corners[k]];
-          if (known && !set_corner(edge.corners[1 - k], *known)) return false;
-        }
+        int change = 0;
+        for (const auto& [point, is_end] : edge.crossings) change += is_end ? -1 : 1;
+        std::optional<int>&lower = covered_[edge.corners[0]], &upper = covered_[edge.corners[1]];
+        if (!lower && upper) lower = *upper - change;
+        if (!upper && lower) upper = *lower + change;
+        if (lower && *upper != *lower + change) return false;
       }
     }
-    return std::all_of(is_in_.begin(), is_in_.end(), [](const auto& in) { return in.has_value(); });
+    return true;
+  }
+
+  // The least and the largest number of times that a place on an edge is covered.
+  std::pair<int, int> range_of_covers() const {
+    std::pair<int, int> range{*covered_[0], *covered_[0]};
+    for (const Edge& edge : edges_) {
+      int times = *covered_[edge.corners[0]];
+      range = {std::min(range.first, times), std::max(range.second, times)};
+      for (const auto& [point, is_end] : edge.crossings) {
+        times += is_end ? -1 : 1;
+        range = {std::min(range.first, times), std::max(range.second, times)};
+      }
+    }
+    return range;
   }
 
   Vector3 corner(std::size_t number) const {
@@ -296,21 +302,24 @@ class Caps {
     return p;
   }
 
-  std::int32_t corner_point(std::size_t number) {
-    std::int32_t& point = corner_points_[number];
-    if (point >= 0) return point;
+  // One for each time that the corner is covered: the three edges share them.
+  const std::vector<std::int32_t>& corner_points(std::size_t number) {
+    std::vector<std::int32_t>& points = corner_points_[number];
     unsigned planes = 0;
     for (int axis = 0; axis < 3; ++axis) planes |= 1U << (2 * axis + int(number >> axis & 1));
-    return point = points_.add(corner(number), planes, part_, -1);
+    while (int(points.size()) < *covered_[number]) {
+      points.push_back(points_.add(corner(number), planes, part_, -1));
+    }
+    return points;
   }
 
   // The parts of an edge inside the body bound both of its walls, in opposite directions.
   void add_rim(Edge& edge) {
     // Where covers overlap, the one that begins first ends first.
-    std::vector<std::int32_t> starts, ends;
-    if (*is_in_[edge.corners[0]]) starts.push_back(corner_point(edge.corners[0]));
+    std::vector<std::int32_t> starts = corner_points(edge.corners[0]), ends;
     for (const auto& [point, is_end] : edge.crossings) (is_end ? ends : starts).push_back(point);
-    if (*is_in_[edge.corners[1]]) ends.push_back(corner_point(edge.corners[1]));
+    const std::vector<std::int32_t>& last = corner_points(edge.corners[1]);
+    ends.insert(ends.end(), last.begin(), last.end());
     const bool is_alike = sign_of(edge.first) == sign_of(edge.second);
     for (std::size_t k = 0; k < std::min(starts.size(), ends.size()); ++k) {
       const std::vector<std::int32_t> points =
@@ -391,9 +400,9 @@ class Caps {
   const Scalar spacing_;
   bool is_clear_ = true;
   std::array<Edge, 12> edges_ = all_edges();
-  std::array<Next, kPlanes> next_;  // of each wall's outline
-  std::array<std::optional<bool>, 8> is_in_;
-  std::array<std::int32_t, 8> corner_points_{-1, -1, -1, -1, -1, -1, -1, -1};
+  std::array<Next, kPlanes> next_;             // of each wall's outline
+  std::array<std::optional<int>, 8> covered_;  // times, of each corner
+  std::array<std::vector<std::int32_t>, 8> corner_points_;
 };
 
 // One try with a kerf of a certain size.
@@ -431,7 +440,7 @@ class KerfRun {
       if (!add_kept(divider.outline(piece), piece.triangle)) return std::nullopt;
     }
     const std::size_t kept = result_.triangles.size();
-    if (!add_caps(divider.gone())) return std::nullopt;
+    if (!add_caps(divider.gone()) || !is_closed()) return std::nullopt;
     const bool is_missed = divider.gone().empty() && result_.triangles.size() == kept;
     result_.status = is_missed                   ? CutStatus::Missed
                      : result_.triangles.empty() ? CutStatus::NothingLeft
@@ -470,6 +479,23 @@ class KerfRun {
     return true;
   }
 
+  // Walls that lie over each other may have a chord in common.
+  bool is_closed() const {
+    std::unordered_set<std::uint64_t> edges;
+    const auto directed = [](std::int32_t a, std::int32_t b) {
+      return (std::uint64_t(std::uint32_t(a)) << 32) | std::uint32_t(b);
+    };
+    for (const TriangleIndices& t : result_.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (!edges.insert(directed(t[k], t[(k + 1) % 3])).second) return false;
+      }
+    }
+    return std::ranges::all_of(result_.triangles, [&](const TriangleIndices& t) {
+      return edges.contains(directed(t[1], t[0])) && edges.contains(directed(t[2], t[1])) &&
+             edges.contains(directed(t[0], t[2]));
+    });
+  }
+
   bool add_caps(const std::vector<Piece>& gone) {
     std::map<std::int32_t, Caps> caps;
     for (const std::int32_t part : surface_.part_of_vertex) {
@@ -480,12 +506,12 @@ class KerfRun {
     }
     return std::all_of(caps.begin(), caps.end(), [&](auto& entry) {
       const std::int32_t part = entry.first;
-      return entry.second.close([&](const Vector3& p_K) { return is_inside(part, p_K); },
+      return entry.second.close([&](const Vector3& p_K) { return times_covered(part, p_K); },
                                 result_.triangles);
     });
   }
 
-  bool is_inside(std::int32_t part, const Vector3& p_K) const {
+  int times_covered(std::int32_t part, const Vector3& p_K) const {
     std::vector<TriangleIndices> triangles;
     AlignedBox box;
     for (const TriangleIndices& t : surface_.triangles) {
@@ -493,10 +519,10 @@ class KerfRun {
       triangles.push_back(t);
       for (const std::int32_t corner : t) box.extend(points_[corner]);
     }
-    if (triangles.empty() || !box.contains(p_K)) return false;
+    if (triangles.empty() || !box.contains(p_K)) return 0;
     const std::vector<Vector3> vertices(
         points_.p_K.begin(), points_.p_K.begin() + std::ptrdiff_t(surface_.vertices_W.size()));
-    return winding_number(TriangleMesh(vertices, std::move(triangles)), p_K) > 0;
+    return winding_number(TriangleMesh(vertices, std::move(triangles)), p_K);
   }
 
   void tell_points() {

@@ -27,6 +27,7 @@ constexpr Scalar kFar = 2;        // cubes: the distance of what is not seen
 // is then outside of, per distance: more than any distance to a sample.
 constexpr Scalar kAway = 1e-3;
 constexpr Scalar kOutsideCost = kFar / kAway;
+constexpr Scalar kMostOutside = 0.5;
 constexpr Scalar kCounts = 1e-6;  // literal: a weight that is more than rounding
 // A part of a smaller volume is no body but what a blade takes along. Of a cube's.
 constexpr Scalar kCrumb = 0.02;
@@ -179,6 +180,21 @@ std::optional<Host> LatticeCut::host_of(const NewPoint& point) const {
       least = cost;
       best = host;
     }
+  }
+  return best;
+}
+
+std::optional<Host> LatticeCut::host_among(std::span<const std::int32_t> cubes,
+                                           const Vector3& p_W) const {
+  std::optional<Host> best;
+  Scalar least = kMostOutside;
+  for (const std::int32_t cube : cubes) {
+    const std::optional<Vector3> place = place_in(cube, X_KW_ * p_W);
+    if (!place) continue;
+    const Scalar outside = (*place - place->cwiseMax(0).cwiseMin(1)).norm();
+    if (outside >= least) continue;
+    least = outside;
+    best = Host{cube, *place};
   }
   return best;
 }
@@ -515,17 +531,29 @@ class LatticeDivision {
     return is_near(cube) ? cube_of_[vertex_item(std::size_t(vertex))] : whole_[std::size_t(cube)];
   }
 
+  // Of triangles that join different parts.
+  void find_torn(const std::vector<std::size_t>& parts) {
+    std::map<std::size_t, std::size_t> sizes;
+    for (const std::size_t part : parts) ++sizes[part];
+    std::set<std::int32_t> torn;
+    const auto part_of = [&](std::int32_t v) { return parts[std::size_t(piece_of_vertex(v))]; };
+    for_each_edge([&](std::int32_t u, std::int32_t v) {
+      const std::size_t a = part_of(u), b = part_of(v);
+      if (a != b) torn.insert(std::pair(sizes[a], a) < std::pair(sizes[b], b) ? u : v);
+    });
+    pieces_.torn.assign(torn.begin(), torn.end());
+  }
+
   void drop_crumbs() {
     const std::vector<std::size_t> parts = find_parts();
+    find_torn(parts);
     std::map<std::size_t, Scalar> volumes;
     for (const std::size_t part : parts) volumes[part] = 0;
     for (const TriangleIndices& t : triangles_) {
-      std::array<std::size_t, 3> of;
-      for (std::size_t k = 0; k < 3; ++k) of[k] = parts[std::size_t(piece_of_vertex(t[k]))];
-      pieces_.is_torn |= of[0] != of[1] || of[0] != of[2];
+      const std::size_t part = parts[std::size_t(piece_of_vertex(t[0]))];
       const Vector3& base = vertices_W_[std::size_t(triangles_[0][0])];
       const auto at = [&](std::size_t k) { return vertices_W_[std::size_t(t[k])] - base; };
-      volumes[of[0]] += Vector3(at(0)).dot(Vector3(at(1)).cross(Vector3(at(2)))) / 6;
+      volumes[part] += Vector3(at(0)).dot(Vector3(at(1)).cross(Vector3(at(2)))) / 6;
     }
     const Scalar least = kCrumb * std::pow(lattice_.edge(), 3);
     std::size_t largest = volumes.begin()->first;

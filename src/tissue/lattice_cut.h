@@ -35,7 +35,8 @@ struct LatticePieces {
   std::vector<std::int32_t> old_nodes;  ///< of each node
   std::vector<Host> hosts;              ///< of the vertices, in the new cubes
   std::vector<bool> keeps_triangle;     ///< false: of a crumb, which the blade takes along
-  bool is_torn = false;                 ///< a triangle joins parts of the lattice that are apart
+  /// Vertices of triangles that join parts of the lattice that are apart: those in the smaller one.
+  std::vector<std::int32_t> torn;
 };
 
 /// A cube as it is now, in the kerf's frame.
@@ -58,6 +59,10 @@ class LatticeCut {
   /// The cube that holds a new point of the surface, and where in it.
   /// @return Nothing if there is no such cube.
   std::optional<Host> host_of(const NewPoint& point) const;
+
+  /// Where a point is in that one of some cubes which it is least outside of.
+  /// @return Nothing if it is half a cube outside of all.
+  std::optional<Host> host_among(std::span<const std::int32_t> cubes, const Vector3& p_W) const;
 
   /// @param vertices_W, hosts Of all vertices; hosts in the old cubes.
   LatticePieces divide(std::span<const Vector3> vertices_W, const std::vector<Host>& hosts,

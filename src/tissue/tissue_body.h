@@ -81,6 +81,11 @@ class TissueBody {
   void number_surface_nodes();
   void add_response(std::vector<std::int32_t> nodes);
   std::vector<Host> hosts_of(const KerfSurface& surface, const LatticeCut& cut) const;
+  bool joins_distant(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
+                     const std::vector<Host>& hosts) const;
+  static void move_torn(const LatticeCut& cut, std::span<const Vector3> vertices,
+                        std::span<const TriangleIndices> triangles,
+                        const std::vector<std::int32_t>& torn, std::vector<Host>& hosts);
   Vector3 rest_place(std::int32_t triangle, const Vector3& p_W) const;
   void take(const LatticePieces& pieces);
   void take_surface(const KerfSurface& surface, LatticePieces& pieces);

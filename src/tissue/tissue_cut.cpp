@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "dyop/core/error.h"
 #include "tissue/kerf_surface.h"
@@ -15,6 +16,8 @@ namespace {
 constexpr Scalar kCapSpacing = 0.5;
 // The least factor by which the stiffness of cut cubes is lowered to keep the elastic energy.
 constexpr Scalar kLeastSoftening = 0.5;
+constexpr int kMostMoves = 4;
+constexpr Scalar kMostStrain = 3;  // lengths at rest, relative to those now, of what is one body
 
 void check(const TissueKerf& kerf) {
   const Vector3& half = kerf.half_extents;
@@ -53,6 +56,44 @@ std::vector<Host> TissueBody::hosts_of(const KerfSurface& surface, const Lattice
   return hosts;
 }
 
+// A point on the wall of an earlier cut may seem to belong to the wrong one of the cubes that are
+// there: it goes to one of its neighbours'.
+void TissueBody::move_torn(const LatticeCut& cut, std::span<const Vector3> vertices,
+                           std::span<const TriangleIndices> triangles,
+                           const std::vector<std::int32_t>& torn, std::vector<Host>& hosts) {
+  std::map<std::int32_t, std::vector<std::int32_t>> cubes;
+  for (const std::int32_t vertex : torn) cubes[vertex] = {};
+  for (const TriangleIndices& t : triangles) {
+    for (const std::int32_t vertex : t) {
+      const auto found = cubes.find(vertex);
+      if (found == cubes.end()) continue;
+      for (const std::int32_t other : t) {
+        if (!cubes.contains(other)) found->second.push_back(hosts[std::size_t(other)].cube);
+      }
+    }
+  }
+  for (const auto& [vertex, beside] : cubes) {
+    const auto host = cut.host_among(beside, vertices[std::size_t(vertex)]);
+    if (host) hosts[std::size_t(vertex)] = *host;
+  }
+}
+
+// Whether a new edge is a web between sides that lie over each other: it would be drawn out when they
+// part.
+bool TissueBody::joins_distant(std::span<const Vector3> vertices,
+                               std::span<const TriangleIndices> triangles,
+                               const std::vector<Host>& hosts) const {
+  const auto is_web = [&](std::int32_t u, std::int32_t v) {
+    if (std::size_t(std::max(u, v)) < vertices_.size()) return false;
+    const auto rest = [&](std::int32_t k) { return lattice_.rest_place(hosts[std::size_t(k)]); };
+    const Scalar now = (vertices[std::size_t(u)] - vertices[std::size_t(v)]).norm();
+    return (rest(u) - rest(v)).norm() > kMostStrain * now + options_.cube_edge;
+  };
+  return std::ranges::any_of(triangles, [&](const TriangleIndices& t) {
+    return is_web(t[0], t[1]) || is_web(t[1], t[2]) || is_web(t[2], t[0]);
+  });
+}
+
 CutReport TissueBody::cut(const TissueKerf& kerf) {
   check(kerf);
   CutReport report{CutStatus::Missed, lattice_.part_count()};
@@ -65,7 +106,7 @@ CutReport TissueBody::cut(const TissueKerf& kerf) {
   report.status = surface.status;
   if (surface.status != CutStatus::Cut) return report;
   const LatticeCut cut(lattice_, x_, kerf);
-  const std::vector<Host> hosts = hosts_of(surface, cut);
+  std::vector<Host> hosts = hosts_of(surface, cut);
   const auto has_host = [&](std::int32_t vertex) { return hosts[std::size_t(vertex)].cube >= 0; };
   const bool has_all = std::all_of(
       surface.triangles.begin(), surface.triangles.end(),
@@ -75,7 +116,12 @@ CutReport TissueBody::cut(const TissueKerf& kerf) {
   report.status = CutStatus::Unclear;
   if (!has_all) return report;
   LatticePieces pieces = cut.divide(vertices, hosts, surface.triangles);
-  if (pieces.is_torn || pieces.cubes.empty()) return report;
+  for (int k = 0; k < kMostMoves && !pieces.torn.empty(); ++k) {
+    move_torn(cut, vertices, surface.triangles, pieces.torn, hosts);
+    pieces = cut.divide(vertices, hosts, surface.triangles);
+  }
+  if (!pieces.torn.empty() || pieces.cubes.empty()) return report;
+  if (joins_distant(vertices, surface.triangles, hosts)) return report;
   take_surface(surface, pieces);
   take(pieces);
   return {CutStatus::Cut, lattice_.part_count()};

@@ -74,6 +74,28 @@ TEST(CapMesh, KeepsPointsOnAStraightSide) {
   for (const TriangleIndices& t : *triangles) EXPECT_GT(area_of(region, t), 0.1);
 }
 
+// A strip that is bent by more than a full turn, so that its ends lie over each other.
+TEST(CapMesh, FillsAStripThatLiesOverItself) {
+  PlaneRegion region;
+  constexpr int kSteps = 50;
+  constexpr Scalar kStep = 2.5 * std::numbers::pi / kSteps;
+  std::vector<std::int32_t>& loop = region.loops.emplace_back();
+  const auto add = [&](Scalar radius, int k) {
+    loop.push_back(std::int32_t(region.points.size()));
+    region.points.emplace_back(radius * Vector2d(std::cos(k * kStep), std::sin(k * kStep)));
+  };
+  for (int k = 0; k <= kSteps; ++k) add(1.5, k);
+  for (int k = kSteps; k >= 0; --k) add(1, k);
+  const auto triangles = triangulate(region, 0);
+  ASSERT_TRUE(triangles);
+  Scalar area = 0;
+  for (const TriangleIndices& t : *triangles) {
+    EXPECT_GT(area_of(region, t), 0);
+    area += area_of(region, t);
+  }
+  EXPECT_NEAR(area, kSteps * (1.5 * 1.5 - 1) * std::sin(kStep) / 2, 1e-12);
+}
+
 TEST(CapMesh, RefusesLoopsThatCross) {
   PlaneRegion eight;
   eight.points = {{0, 0}, {2, 2}, {2, 0}, {0, 1}};

@@ -245,6 +245,62 @@ TEST(TissueCut, IsWhereTheBladeIs) {
 }
 
 // One after the other, through each other, while the body moves.
+// A ball of radius 20 on its lowest part.
+SoftTissue soft_ball(const Vector3& gravity_W) {
+  SoftTissueOptions options = options_to_cut(4);
+  options.material = {3, 0.45, 1e-6, 2, 0};
+  options.tolerance = 1e-2;
+  options.gravity_W = gravity_W;
+  options.fixed = {AlignedBox(Vector3(-30, -30, -30), Vector3(30, 30, -14))};
+  auto arrays = testing::icosphere(2);
+  for (Vector3& p : arrays.vertices) p *= 20;
+  return SoftTissue(arrays.mesh(), options);
+}
+
+TissueKerf blade_in_ball(std::mt19937_64& random) {
+  std::uniform_real_distribution<Scalar> share(0, 1);
+  const Vector3 half(0.05 + 0.1 * share(random), 4 + 16 * share(random), 4 + 16 * share(random));
+  return {testing::random_pose(8, random), half};
+}
+
+Scalar longest_edge(const SoftTissue& tissue) {
+  Scalar longest = 0;
+  for (const TriangleIndices& t : tissue.triangles()) {
+    const auto at = [&](std::size_t k) { return tissue.vertices()[std::size_t(t[k])]; };
+    longest = std::max({longest, (at(0) - at(1)).norm(), (at(1) - at(2)).norm()});
+  }
+  return longest;
+}
+
+TEST(TissueCut, CrossesEarlierCuts) {
+  std::mt19937_64 random(3);
+  for (int k = 0; k < 25; ++k) {
+    SoftTissue tissue = soft_ball(Vector3::Zero());
+    ASSERT_EQ(tissue.cut(blade_in_ball(random)).status, CutStatus::Cut) << k;
+    ASSERT_EQ(tissue.cut(blade_in_ball(random)).status, CutStatus::Cut) << k;
+    EXPECT_TRUE(surface_of(tissue).is_closed()) << k;
+  }
+}
+
+// Cut to pieces that hang over each other: tissue does not meet itself.
+TEST(TissueCut, CutsWhatLiesOverItself) {
+  std::mt19937_64 random(4);
+  int refused = 0;
+  constexpr int kBalls = 10;
+  constexpr int kCuts = 4;
+  for (int k = 0; k < kBalls; ++k) {
+    SoftTissue tissue = soft_ball({0, 0, -9810});
+    for (int cut = 0; cut < kCuts; ++cut) {
+      for (int step = 0; step < 10; ++step) tissue.step();
+      refused += tissue.cut(blade_in_ball(random)).status == CutStatus::Unclear;
+      ASSERT_TRUE(surface_of(tissue).is_closed()) << k;
+    }
+    for (int step = 0; step < 20; ++step) tissue.step();
+    EXPECT_LT(longest_edge(tissue), 20) << k;
+  }
+  EXPECT_LT(refused, kBalls * kCuts / 5);
+}
+
 TEST(TissueCut, CreatesNoEnergyAndKeepsItsMass) {
   std::mt19937_64 random(7);
   int cuts = 0;

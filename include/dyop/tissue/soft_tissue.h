@@ -71,7 +71,7 @@ enum class CutStatus {
   Missed,       ///< The kerf does not meet the tissue, which is as before.
   Cut,          ///< The tissue has another surface.
   NothingLeft,  ///< The kerf holds all of the tissue, which is as before.
-  Unclear,      ///< The tissue is as before: its surface crosses itself in the kerf.
+  Unclear,      ///< The tissue is as before: its sides lie over each other in the kerf.
 };
 
 struct CutReport {
