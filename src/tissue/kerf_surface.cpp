@@ -21,7 +21,7 @@ namespace {
 constexpr Scalar kInPlane = 1e-11;  // literal: some 1e5 roundings
 constexpr Scalar kGrowth = 1e-9;    // literal: far above that, far below what a blade can do
 constexpr int kMostGrowths = 20;
-constexpr int kMostCrossings = 3;  // tries in which walls cross themselves, which a growth may cure
+constexpr int kMostCrossings = 3;  // tries with a wall that does not close; a growth may help
 constexpr std::size_t kMostPieces = 1000;  // of a kerf's edge
 
 // Planes are numbered 2 axis + (1 for the upper one).
@@ -197,7 +197,7 @@ class Caps {
 
   // @param covers How often this part of the body covers a corner of the kerf; asked if the
   // crossings do not tell.
-  // @return False if the surface crosses itself there.
+  // @return False if a wall cannot be closed.
   template <typename Covers>
   bool close(const Covers& covers, std::vector<TriangleIndices>& triangles) {
     if (!find_corners(covers)) return false;
@@ -427,7 +427,7 @@ class KerfRun {
 
   bool is_degenerate() const { return is_degenerate_; }
 
-  // Nothing if another size should be tried: something lies in a plane, or a wall crosses itself.
+  // Nothing if another size should be tried: something lies in a plane, or a wall cannot be closed.
   std::optional<KerfSurface> run() {
     Divider divider(points_, extents_, noise_);
     for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
