@@ -61,7 +61,7 @@ inline std::vector<HapticTick> record_heaving_run(const std::filesystem::path& f
     if (k % 13 == 5) {
       std::vector<Vector3> vertices = scene.obstacles[0].vertices;
       for (Vector3& p : vertices) p.z() += std::sin(0.02 * k + 0.1 * p.x());
-      if (k % 260 == 122) {
+      if (k == 122) {
         vertices = session.tissue_vertices(0);
         // More vertices than before, which nothing uses.
         vertices.push_back(Vector3::Zero());
