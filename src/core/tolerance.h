@@ -360,6 +360,10 @@ inline constexpr int kContactSlideLimit = 100;
 /// rest, without interior points. Found by measurement. Used by ContactCascade and World.
 inline constexpr std::size_t kContactFewBodies = 2;
 
+/// Contacts and rows from which a problem is worth several threads, which take some ten microseconds
+/// to wake. Found by measurement. Used by ContactSolver.
+inline constexpr std::size_t kContactTeamBlocks = 400;
+
 /// A warm start is good if its residual is below this part of that without impulses: then Newton's
 /// method, which is fast near a solution, comes before Gauss-Seidel. Found by measurement. Used by
 /// ContactCascade.

@@ -14,6 +14,9 @@ namespace DYOP_EXPORT dyop {
 namespace contact_internal {
 class ContactSystem;
 }
+namespace core_internal {
+class Team;
+}
 
 enum class ContactStatus {
   NotRun,
@@ -41,6 +44,8 @@ struct ContactSolverOptions {
   int restart_contacts = 32;
   int friction_steps = 10;
   int scattered_starts = 20;
+  /// Threads that solve one problem of many contacts together; 0: all. Never changes the answer.
+  int thread_count = 1;
   /// Ends a solve between sweeps, factorisations or iterations; the best answer is returned. Not
   /// owned; null: never.
   Interrupt* interrupt = nullptr;
@@ -105,6 +110,9 @@ class ContactSolver {
                        ContactReport& report) = 0;
 
  private:
+  ContactReport solve_in_team(ContactProblem& problem, const ContactSolverOptions& options,
+                              core_internal::Team* team);
+
   std::unique_ptr<contact_internal::ContactSystem> system_;
 };
 

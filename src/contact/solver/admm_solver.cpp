@@ -65,24 +65,21 @@ void AdmmRun::begin(ContactSystem& system) {
 
 bool AdmmRun::factorise(Scalar factor) {
   matrix_.reset();
-  for (std::size_t i = 0; i < rho_.size(); ++i) {
-    rho_[i] = factor / system_->blocks()[i].weight;
-    matrix_.add(*system_, i, rho_[i] * Matrix3::Identity());
-  }
-  return matrix_.factorise();
+  for (std::size_t i = 0; i < rho_.size(); ++i) rho_[i] = factor / system_->blocks()[i].weight;
+  matrix_.add_all(*system_,
+                  [&](std::size_t i) -> Matrix3 { return rho_[i] * Matrix3::Identity(); });
+  return matrix_.factorise(system_->loops());
 }
 
 void AdmmRun::solve_velocities() {
   for (Vector6& y : y_) y.setZero();
   const std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Block& block = blocks[i];
-    Vector3 push = z_[i] - block.free;
+  system_->add_impulses(y_, [&](std::size_t i) -> Vector3 {
+    Vector3 push = z_[i] - blocks[i].free;
     push[0] -= shift_[i];
-    push = rho_[i] * push + lambda_[i];
-    add_impulse(block, push, y_);
-  }
-  matrix_.solve(y_);
+    return rho_[i] * push + lambda_[i];
+  });
+  matrix_.solve(y_, system_->loops());
 }
 
 void AdmmRun::iterate() {

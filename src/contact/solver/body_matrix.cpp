@@ -5,12 +5,19 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "core/assert.h"
 
 namespace dyop::contact_internal {
 namespace {
+
+// Bodies from which a matrix is cut into branches, about so many, so that several threads have equal
+// shares of them. Found by measurement.
+constexpr std::size_t kBranchBodies = 100;
+constexpr std::size_t kBranches = 16;
 
 // A = A^-1 by elimination with row pivots. Returns false if a pivot is zero or not finite.
 bool invert(Matrix6& A) {
@@ -79,8 +86,15 @@ void BodyMatrix::analyse(const ContactSystem& system, std::size_t count) {
   if (bodies == place_.size() && slots_ == old_slots_ && carried_ == old_carried_) return;
   old_slots_ = slots_;
   old_carried_ = carried_;
-  order_bodies(bodies);
-  find_fill(bodies);
+  // Contacts with what does not move link nothing: the order often stays, as for a tool with jaws.
+  list_pairs();
+  if (bodies != place_.size() || pairs_ != old_pairs_) {
+    old_pairs_ = pairs_;
+    order_bodies(bodies);
+    find_fill(bodies);
+    find_branches(bodies);
+    list_top_rows();
+  }
   mixed_.assign(slots_.size(), {});
   for (std::size_t i = 0; i < slots_.size(); ++i) {
     if (slots_[i].first < 0 || slots_[i].second < 0) continue;
@@ -90,12 +104,7 @@ void BodyMatrix::analyse(const ContactSystem& system, std::size_t count) {
   }
 }
 
-void BodyMatrix::order_bodies(std::size_t count) {
-  if (count == 1) {  // a tool among tissue: without the allocations below
-    place_.assign(1, 0);
-    return;
-  }
-  // Contacts with what does not move link nothing: the order often stays, as for a tool with jaws.
+void BodyMatrix::list_pairs() {
   pairs_.clear();
   for (const auto& [a, b] : slots_) {
     if (a >= 0 && b >= 0) pairs_.emplace_back(std::min(a, b), std::max(a, b));
@@ -103,8 +112,13 @@ void BodyMatrix::order_bodies(std::size_t count) {
   for (const auto& [a, b] : carried_) pairs_.emplace_back(std::min(a, b), std::max(a, b));
   std::sort(pairs_.begin(), pairs_.end());
   pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
-  if (count == place_.size() && pairs_ == old_pairs_) return;
-  old_pairs_ = pairs_;
+}
+
+void BodyMatrix::order_bodies(std::size_t count) {
+  if (count == 1) {  // a tool among tissue: without the allocations below
+    place_.assign(1, 0);
+    return;
+  }
   std::vector<Eigen::Triplet<Scalar>> links;
   for (std::size_t i = 0; i < count; ++i) links.emplace_back(int(i), int(i), 1);
   for (const auto& [a, b] : pairs_) {
@@ -126,15 +140,11 @@ void BodyMatrix::order_bodies(std::size_t count) {
 void BodyMatrix::find_fill(std::size_t count) {
   columns_.resize(std::max(count, columns_.size()));
   for (std::vector<int>& rows : columns_) rows.clear();
-  const auto link = [&](int slot_a, int slot_b) {
+  for (const auto& [slot_a, slot_b] : pairs_) {
     const int a = place_[std::size_t(slot_a)];
     const int b = place_[std::size_t(slot_b)];
     columns_[std::size_t(std::min(a, b))].push_back(std::max(a, b));
-  };
-  for (const auto& [slot_a, slot_b] : slots_) {
-    if (slot_a >= 0 && slot_b >= 0) link(slot_a, slot_b);
   }
-  for (const auto& [slot_a, slot_b] : carried_) link(slot_a, slot_b);
   first_.assign(1, 0);
   rows_.clear();
   for (std::size_t j = 0; j < count; ++j) {
@@ -153,6 +163,62 @@ void BodyMatrix::find_fill(std::size_t count) {
   x_.resize(count);
 }
 
+// Moves what is below the top of the tree to the front, branch by branch: the fill stays the same.
+// The top are the columns below which there is more than a branch's share of the work; what is left
+// falls apart into trees, of which a branch takes as many as its share allows.
+void BodyMatrix::find_branches(std::size_t count) {
+  branches_.assign(1, 0);
+  if (count < kBranchBodies) return;
+  const auto parent_of = [&](std::size_t j) {
+    return first_[j] < first_[j + 1] ? std::size_t(rows_[first_[j]]) : count;
+  };
+  std::vector<std::size_t> work(count + 1, 0);  // of each column and all below it; last: of all
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::size_t length = 1 + first_[j + 1] - first_[j];
+    work[j] += length * length;
+    work[parent_of(j)] += work[j];
+  }
+  const std::size_t share = work[count] / kBranches;
+  std::vector<std::size_t> branch_of(count + 1, count);  // count: the top
+  std::size_t branches = 0;
+  std::size_t used = 0;
+  for (std::size_t j = 0; j < count; ++j) {
+    if (work[j] > share || work[parent_of(j)] <= share) continue;
+    branch_of[j] = branches;
+    used += work[j];
+    if (used > share / 2) {
+      ++branches;
+      used = 0;
+    }
+  }
+  for (std::size_t j = count; j-- > 0;) {
+    if (work[j] <= share && branch_of[j] == count) branch_of[j] = branch_of[parent_of(j)];
+  }
+  std::vector<std::size_t> order(count);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t x, std::size_t y) { return branch_of[x] < branch_of[y]; });
+  std::vector<int> new_place(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    new_place[order[i]] = int(i);
+    if (i > 0 && branch_of[order[i]] != branch_of[order[i - 1]]) branches_.push_back(i);
+  }
+  if (branch_of[order.back()] != count) branches_.push_back(count);  // no top
+  for (int& place : place_) place = new_place[std::size_t(place)];
+  find_fill(count);
+}
+
+void BodyMatrix::list_top_rows() {
+  const std::size_t top = branches_.back();
+  top_rows_.resize(std::max(top_rows_.size(), diagonal_.size() - top));
+  for (auto& row : top_rows_) row.clear();
+  for (std::size_t j = 0; j < top; ++j) {
+    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+      if (std::size_t(rows_[e]) >= top) top_rows_[std::size_t(rows_[e]) - top].emplace_back(j, e);
+    }
+  }
+}
+
 std::size_t BodyMatrix::entry_of(int row, int column) const {
   const auto begin = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column)]);
   const auto end = rows_.begin() + std::ptrdiff_t(first_[std::size_t(column) + 1]);
@@ -166,22 +232,45 @@ void BodyMatrix::reset(bool is_symmetric) {
   for (Matrix6& block : entries_) block.setZero();
 }
 
-// D has one entry.
-void BodyMatrix::add_row(const Block& block, std::size_t index, Scalar D) {
-  const Vector6 a = block.G_a.row(0).transpose();
-  const Vector6 b = block.G_b.row(0).transpose();
-  if (block.slot_a >= 0) {
-    diagonal_[std::size_t(place_[std::size_t(block.slot_a)])].noalias() += a * (D * a).transpose();
-  }
-  if (block.slot_b >= 0) {
-    diagonal_[std::size_t(place_[std::size_t(block.slot_b)])].noalias() += b * (D * b).transpose();
-  }
-  if (block.slot_a < 0 || block.slot_b < 0) return;
+// D has one entry. What the two bodies share is added with the one whose column it is in.
+void BodyMatrix::add_row_share(const Block& block, std::size_t index, bool is_a, Scalar D) {
+  const Vector6 own = (is_a ? block.G_a : block.G_b).row(0).transpose();
+  const int slot = is_a ? block.slot_a : block.slot_b;
+  diagonal_[std::size_t(place_[std::size_t(slot)])].noalias() += own * (D * own).transpose();
+  if (block.slot_a < 0 || block.slot_b < 0 || mixed_[index].a_is_below == is_a) return;
+  add_mixed_row(block, index, D);
+}
+
+void BodyMatrix::add_mixed_row(const Block& block, std::size_t index, Scalar D) {
   const auto [entry, a_is_below] = mixed_[index];
-  const Vector6& below = a_is_below ? a : b;
-  const Vector6& above = a_is_below ? b : a;
+  const Vector6 below = (a_is_below ? block.G_a : block.G_b).row(0).transpose();
+  const Vector6 above = (a_is_below ? block.G_b : block.G_a).row(0).transpose();
   entries_[entry].noalias() += below * (D * above).transpose();
   if (!is_symmetric_) mirrored_[entry].noalias() += above * (D * below).transpose();
+}
+
+void BodyMatrix::add_share(const Block& block, std::size_t index, bool is_a, const Matrix3& D) {
+  if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
+    return add_row_share(block, index, is_a, D(0, 0));
+  }
+  Rows6 DG_a, DG_b;
+  (is_a ? DG_a : DG_b).noalias() = D * (is_a ? block.G_a : block.G_b);
+  const int slot = is_a ? block.slot_a : block.slot_b;
+  diagonal_[std::size_t(place_[std::size_t(slot)])].noalias() +=
+      (is_a ? block.G_a : block.G_b).transpose().lazyProduct(is_a ? DG_a : DG_b);
+  if (block.slot_a < 0 || block.slot_b < 0 || mixed_[index].a_is_below == is_a) return;
+  (is_a ? DG_b : DG_a).noalias() = D * (is_a ? block.G_b : block.G_a);
+  add_mixed(block, index, DG_a, DG_b);
+}
+
+void BodyMatrix::add_mixed(const Block& block, std::size_t index, const Rows6& DG_a,
+                           const Rows6& DG_b) {
+  const auto [entry, a_is_below] = mixed_[index];
+  const Rows6& below = a_is_below ? block.G_a : block.G_b;
+  const Rows6& above = a_is_below ? block.G_b : block.G_a;
+  entries_[entry].noalias() += below.transpose().lazyProduct(a_is_below ? DG_b : DG_a);
+  if (is_symmetric_) return;
+  mirrored_[entry].noalias() += above.transpose().lazyProduct(a_is_below ? DG_a : DG_b);
 }
 
 // x^T D y. Of a symmetric matrix what is above the diagonal is left out.
@@ -239,7 +328,9 @@ void BodyMatrix::add_carried(const Block& block, const Matrix3& D) {
 void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matrix3& D) {
   const Block& block = system.blocks()[index];
   if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
-    return add_row(block, index, D(0, 0));
+    if (block.slot_a >= 0) add_row_share(block, index, true, D(0, 0));
+    if (block.slot_b >= 0) add_row_share(block, index, false, D(0, 0));
+    return;
   }
   if (block.carriers > 0) add_carried(block, D);
   Rows6 DG_a, DG_b;
@@ -253,71 +344,98 @@ void BodyMatrix::add(const ContactSystem& system, std::size_t index, const Matri
     diagonal_[std::size_t(place_[std::size_t(block.slot_b)])].noalias() +=
         block.G_b.transpose().lazyProduct(DG_b);
   }
-  if (block.slot_a < 0 || block.slot_b < 0) return;
-  const auto [entry, a_is_below] = mixed_[index];
-  const Rows6& below = a_is_below ? block.G_a : block.G_b;
-  const Rows6& above = a_is_below ? block.G_b : block.G_a;
-  entries_[entry].noalias() += below.transpose().lazyProduct(a_is_below ? DG_b : DG_a);
-  if (is_symmetric_) return;
-  mirrored_[entry].noalias() += above.transpose().lazyProduct(a_is_below ? DG_a : DG_b);
+  if (block.slot_a >= 0 && block.slot_b >= 0) add_mixed(block, index, DG_a, DG_b);
 }
 
-bool BodyMatrix::factorise() {
-  return is_symmetric_ ? factorise_symmetric() : factorise_general();
+bool BodyMatrix::factorise(const SharedLoops& loops) {
+  std::atomic<bool> is_regular = true;
+  loops.each_long(branches_.size() - 1, [&](std::size_t i) {
+    if (!eliminate_branch(branches_[i], branches_[i + 1])) is_regular = false;
+  });
+  if (!is_regular) return false;
+  const std::size_t top = branches_.back();
+  loops.each_long(diagonal_.size() - top, [&](std::size_t i) {
+    for (const auto& [column, entry] : top_rows_[i]) add_contribution(column, entry);
+  });
+  for (std::size_t j = top; j < diagonal_.size(); ++j) {
+    if (!eliminate_top_column(j, loops)) return false;
+  }
+  return true;
 }
 
-bool BodyMatrix::factorise_symmetric() {
-  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
-    if (!invert_factor(diagonal_[j])) return false;
-    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
-      const Matrix6 entry = entries_[e];
-      entries_[e].noalias() = entry.lazyProduct(diagonal_[j].transpose());
-    }
-    // Subtracts the contribution of column j from the later columns.
-    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
-      const std::size_t column = std::size_t(rows_[e]);
-      diagonal_[column].noalias() -= entries_[e].lazyProduct(entries_[e].transpose());
-      std::size_t at = first_[column];
-      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
-        while (rows_[at] != rows_[below]) ++at;
-        entries_[at].noalias() -= entries_[below].lazyProduct(entries_[e].transpose());
-      }
+// Inverts a column's pivot and divides the entries by it.
+bool BodyMatrix::eliminate(std::size_t column) {
+  Matrix6& pivot = diagonal_[column];
+  if (!(is_symmetric_ ? invert_factor(pivot) : invert(pivot))) return false;
+  for (std::size_t e = first_[column]; e < first_[column + 1]; ++e) {
+    const Matrix6 entry = entries_[e];
+    if (is_symmetric_) {
+      entries_[e].noalias() = entry.lazyProduct(pivot.transpose());
+    } else {
+      entries_[e].noalias() = entry.lazyProduct(pivot);
     }
   }
   return true;
 }
 
-bool BodyMatrix::factorise_general() {
-  for (std::size_t j = 0; j < diagonal_.size(); ++j) {
-    if (!invert(diagonal_[j])) return false;
-    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
-      const Matrix6 entry = entries_[e];
-      entries_[e].noalias() = entry.lazyProduct(diagonal_[j]);
+// Subtracts what an eliminated column contributes to the one in whose row its entry is.
+void BodyMatrix::add_contribution(std::size_t column, std::size_t entry) {
+  const std::size_t target = std::size_t(rows_[entry]);
+  const Matrix6& right = is_symmetric_ ? entries_[entry] : mirrored_[entry];
+  if (is_symmetric_) {
+    diagonal_[target].noalias() -= entries_[entry].lazyProduct(right.transpose());
+  } else {
+    diagonal_[target].noalias() -= entries_[entry].lazyProduct(right);
+  }
+  std::size_t at = first_[target];
+  for (std::size_t below = entry + 1; below < first_[column + 1]; ++below) {
+    while (rows_[at] != rows_[below]) ++at;
+    if (is_symmetric_) {
+      entries_[at].noalias() -= entries_[below].lazyProduct(right.transpose());
+    } else {
+      entries_[at].noalias() -= entries_[below].lazyProduct(right);
+      mirrored_[at].noalias() -= entries_[entry].lazyProduct(mirrored_[below]);
     }
-    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
-      const std::size_t column = std::size_t(rows_[e]);
-      diagonal_[column].noalias() -= entries_[e].lazyProduct(mirrored_[e]);
-      std::size_t at = first_[column];
-      for (std::size_t below = e + 1; below < first_[j + 1]; ++below) {
-        while (rows_[at] != rows_[below]) ++at;
-        entries_[at].noalias() -= entries_[below].lazyProduct(mirrored_[e]);
-        mirrored_[at].noalias() -= entries_[e].lazyProduct(mirrored_[below]);
-      }
+  }
+}
+
+// Without what its columns contribute to the top.
+bool BodyMatrix::eliminate_branch(std::size_t begin, std::size_t end) {
+  for (std::size_t j = begin; j < end; ++j) {
+    if (!eliminate(j)) return false;
+    for (std::size_t e = first_[j]; e < first_[j + 1] && std::size_t(rows_[e]) < end; ++e) {
+      add_contribution(j, e);
     }
   }
   return true;
 }
 
-void BodyMatrix::solve(std::vector<Vector6>& x) {
-  for (std::size_t i = 0; i < x.size(); ++i) x_[std::size_t(place_[i])] = x[i];
-  for (std::size_t j = 0; j < x_.size(); ++j) {
+bool BodyMatrix::eliminate_top_column(std::size_t column, const SharedLoops& loops) {
+  constexpr std::size_t kLongColumn = 8;  // shorter ones are not worth sharing
+  if (!eliminate(column)) return false;
+  const std::size_t first = first_[column];
+  const std::size_t count = first_[column + 1] - first;
+  if (count < kLongColumn) {
+    for (std::size_t i = 0; i < count; ++i) add_contribution(column, first + i);
+  } else {
+    loops.each_long(count, [&](std::size_t i) { add_contribution(column, first + i); });
+  }
+  return true;
+}
+
+// Columns from `begin` on, and their part in rows before `end`.
+void BodyMatrix::solve_forward(std::size_t begin, std::size_t end) {
+  for (std::size_t j = begin; j < end; ++j) {
     const Vector6 here = is_symmetric_ ? Vector6(diagonal_[j] * x_[j]) : x_[j];
     x_[j] = here;
-    for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
+    for (std::size_t e = first_[j]; e < first_[j + 1] && std::size_t(rows_[e]) < end; ++e) {
       x_[std::size_t(rows_[e])].noalias() -= entries_[e] * here;
     }
   }
-  for (std::size_t j = x_.size(); j-- > 0;) {
+}
+
+void BodyMatrix::solve_back(std::size_t begin, std::size_t end) {
+  for (std::size_t j = end; j-- > begin;) {
     Vector6 here = x_[j];
     for (std::size_t e = first_[j]; e < first_[j + 1]; ++e) {
       const Vector6& there = x_[std::size_t(rows_[e])];
@@ -333,6 +451,22 @@ void BodyMatrix::solve(std::vector<Vector6>& x) {
       x_[j].noalias() = diagonal_[j] * here;
     }
   }
+}
+
+void BodyMatrix::solve(std::vector<Vector6>& x, const SharedLoops& loops) {
+  for (std::size_t i = 0; i < x.size(); ++i) x_[std::size_t(place_[i])] = x[i];
+  const std::size_t top = branches_.back();
+  loops.each_long(branches_.size() - 1,
+                  [&](std::size_t i) { solve_forward(branches_[i], branches_[i + 1]); });
+  for (std::size_t i = top; i < x_.size(); ++i) {
+    for (const auto& [column, entry] : top_rows_[i - top]) {
+      x_[i].noalias() -= entries_[entry] * x_[column];
+    }
+  }
+  solve_forward(top, x_.size());
+  solve_back(top, x_.size());
+  loops.each_long(branches_.size() - 1,
+                  [&](std::size_t i) { solve_back(branches_[i], branches_[i + 1]); });
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = x_[std::size_t(place_[i])];
 }
 

@@ -2,10 +2,12 @@
 #include "dyop/contact/contact_solver.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
 #include "contact/solver/contact_system.h"
+#include "core/team.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 
@@ -94,6 +96,23 @@ void check_carriers(const ContactProblem& problem) {
   }
 }
 
+// check(i) for every i, of which the first that fails throws.
+template <typename Check>
+void check_all(const SharedLoops& loops, std::size_t count, const Check& check) {
+  std::atomic<bool> has_failed = false;
+  if (loops.has_team()) {
+    loops.each(count, [&](std::size_t i) {
+      try {
+        check(i);
+      } catch (const InvalidArgument&) {
+        has_failed = true;
+      }
+    });
+    if (!has_failed) return;
+  }
+  for (std::size_t i = 0; i < count; ++i) check(i);
+}
+
 }  // namespace
 
 void check_friction(Scalar friction, std::size_t contact) {
@@ -101,14 +120,15 @@ void check_friction(Scalar friction, std::size_t contact) {
                ": friction must be finite and >= 0, not ", friction);
 }
 
-void check_problem(const ContactProblem& problem) {
+void check_problem(const ContactProblem& problem, const SharedLoops& loops) {
   const std::size_t count = problem.bodies.size();
-  for (std::size_t i = 0; i < count; ++i) check_body(problem.bodies[i], i);
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+  const auto check_one = [&](std::size_t i) {
     const PointContact& contact = problem.contacts[i];
     check_bodies("contact", i, contact.body_a, contact.body_b, count);
     check_contact(contact, i);
-  }
+  };
+  for (std::size_t i = 0; i < count; ++i) check_body(problem.bodies[i], i);
+  check_all(loops, problem.contacts.size(), check_one);
   check_carriers(problem);
   for (std::size_t i = 0; i < problem.rows.size(); ++i) {
     check_bodies("row", i, problem.rows[i].body_a, problem.rows[i].body_b, count);
@@ -128,7 +148,8 @@ void require_valid(const ContactSolverOptions& options) {
       {"few_sweep_limit", options.few_sweep_limit}, {"newton_limit", options.newton_limit},
       {"admm_limit", options.admm_limit},           {"patience", options.patience},
       {"cascade_rounds", options.cascade_rounds},   {"restart_contacts", options.restart_contacts},
-      {"friction_steps", options.friction_steps},   {"scattered_starts", options.scattered_starts}};
+      {"friction_steps", options.friction_steps},   {"scattered_starts", options.scattered_starts},
+      {"thread_count", options.thread_count}};
   for (const auto& [name, limit] : limits) {
     DYOP_REQUIRE(limit >= 0, name, " must be >= 0, not ", limit);
   }
@@ -139,7 +160,21 @@ ContactSolver::~ContactSolver() = default;
 
 ContactReport ContactSolver::solve(ContactProblem& problem, const ContactSolverOptions& options) {
   require_valid(options);
+  const bool is_shared = options.thread_count != 1 && problem.carriers.empty() &&
+                         problem.contacts.size() + problem.rows.size() >= kContactTeamBlocks;
+  if (!is_shared) return solve_in_team(problem, options, nullptr);
+  ContactReport report;
+  core_internal::with_team(options.thread_count, [&](core_internal::Team& team) {
+    report = solve_in_team(problem, options, team.has_helpers() ? &team : nullptr);
+  });
+  return report;
+}
+
+ContactReport ContactSolver::solve_in_team(ContactProblem& problem,
+                                           const ContactSolverOptions& options,
+                                           core_internal::Team* team) {
   contact_internal::ContactSystem& system = *system_;
+  system.set_team(team);
   system.build(problem);
   ContactReport report;
   report.solver = name();

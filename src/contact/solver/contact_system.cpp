@@ -2,8 +2,10 @@
 #include "contact/solver/contact_system.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "contact/solver/contact_law.h"
 #include "core/assert.h"
@@ -55,6 +57,11 @@ Matrix3 make_basis(const PointContact& contact) {
   return basis;
 }
 
+// Whether no impulse changes a block's first component.
+bool is_immovable(const Block& block) {
+  return !(block.W(0, 0) + block.compliance > kContactMobilityNoise * block.weight);
+}
+
 Scalar largest_coefficient(const PointContact& contact) {
   return contact.ellipse ? std::max(contact.friction, contact.ellipse->across) : contact.friction;
 }
@@ -68,41 +75,55 @@ Scalar component(const Vector3& column, const Vector3& impulse_W) {
 }  // namespace
 
 void ContactSystem::build(const ContactProblem& problem) {
-  check_problem(problem);
-  blocks_.clear();
-  sources_.clear();
+  check_problem(problem, loops_);
   immovable_.clear();
   carried_.clear();
   carried_.reserve(problem.carriers.size());  // blocks point into it
   next_carrier_ = 0;
   build_slots(problem);
-  for (std::size_t i = 0; i < problem.rows.size(); ++i) add_row(problem, i);
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) add_contact(problem, i);
+  place_blocks(problem);
+  for (std::size_t i = 0; i < problem.rows.size(); ++i) make_row(problem, i);
+  loops_.each(problem.contacts.size(), [&](std::size_t i) { make_contact(problem, i); });
+  set_immovable_apart();
+  if (loops_.has_team()) list_shares();
   update_velocities();
 }
 
 void ContactSystem::build_slots(const ContactProblem& problem) {
-  slots_.clear();
   slot_of_body_.clear();
-  for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
-    const ContactBody& body = problem.bodies[i];
-    if (body.inverse_mass_W.isZero(0) && body.inverse_inertia_W.isZero(0)) {
-      slot_of_body_.push_back(-1);
-      continue;
-    }
-    slot_of_body_.push_back(int(slots_.size()));
-    slots_.push_back({square_root(body.inverse_mass_W), square_root(body.inverse_inertia_W)});
+  int count = 0;
+  for (const ContactBody& body : problem.bodies) {
+    const bool is_movable = !body.inverse_mass_W.isZero(0) || !body.inverse_inertia_W.isZero(0);
+    slot_of_body_.push_back(is_movable ? count++ : -1);
   }
+  slots_.resize(std::size_t(count));
+  loops_.each(problem.bodies.size(), [&](std::size_t i) {
+    if (slot_of_body_[i] < 0) return;
+    slots_[std::size_t(slot_of_body_[i])] = {square_root(problem.bodies[i].inverse_mass_W),
+                                             square_root(problem.bodies[i].inverse_inertia_W)};
+  });
   y_.assign(slots_.size(), Vector6::Zero());
 }
 
-Block ContactSystem::make_block(BlockKind kind, std::size_t body_a, std::size_t body_b) const {
+void ContactSystem::place_blocks(const ContactProblem& problem) {
+  std::size_t next = problem.rows.size();
+  place_of_contact_.clear();
+  for (const PointContact& contact : problem.contacts) {
+    place_of_contact_.push_back(next++);
+    if (contact.rolling_friction > 0) ++next;
+    if (contact.torsional_friction > 0) ++next;
+  }
+  blocks_.resize(next);
+  sources_.resize(next);
+}
+
+void ContactSystem::begin_block(Block& block, BlockKind kind, std::size_t body_a,
+                                std::size_t body_b) const {
   DYOP_ASSERT(body_a < slot_of_body_.size() && body_b < slot_of_body_.size(), body_a, ' ', body_b);
-  Block block;
+  block = {};
   block.kind = kind;
   block.slot_a = slot_of_body_[body_a];
   block.slot_b = slot_of_body_[body_b];
-  return block;
 }
 
 // Turns G from rows along v and w into rows along y.
@@ -116,30 +137,86 @@ void ContactSystem::to_slot(int slot, Rows6& G) const {
   G.rightCols<3>() = (G.rightCols<3>() * body.S_w).eval();
 }
 
-// Stores the block unless no impulse changes its first component. Returns whether it was stored.
-bool ContactSystem::finish(Block& block, const Matrix3& basis_W, std::size_t index) {
+void ContactSystem::finish(std::size_t at, const Matrix3& basis_W, std::size_t index) {
+  Block& block = blocks_[at];
   to_slot(block.slot_a, block.G_a);
   to_slot(block.slot_b, block.G_b);
   block.W.noalias() = block.G_a * block.G_a.transpose();
   block.W.noalias() += block.G_b * block.G_b.transpose();
   for (const Carried& more : carried_by(block)) block.W.noalias() += more.G * more.G.transpose();
   block.weight = block.W.trace() + block.compliance;
-  if (!(block.W(0, 0) + block.compliance > kContactMobilityNoise * block.weight)) {
+  sources_[at] = {index, basis_W};
+  if (is_immovable(block)) {
     block.lambda.setZero();
-    immovable_.push_back(block);
-    return false;
+    std::atomic_ref(has_immovable_).store(true, std::memory_order_relaxed);
+  } else if (block.kind == BlockKind::Contact) {
+    block.local = LocalContact(block.W);
   }
-  if (block.kind == BlockKind::Contact) block.local = LocalContact(block.W);
-  blocks_.push_back(block);
-  sources_.push_back({index, basis_W});
-  return true;
 }
 
-void ContactSystem::add_row(const ContactProblem& problem, std::size_t index) {
+// Turning goes with its contact.
+void ContactSystem::set_immovable_apart() {
+  if (!std::exchange(has_immovable_, false)) return;
+  std::size_t kept = 0;
+  bool has_owner = false;  // the last contact
+  std::size_t owner = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const bool is_turning = blocks_[i].owner >= 0;
+    if (is_turning && !has_owner) continue;
+    const bool is_kept = !is_immovable(blocks_[i]);
+    if (!is_turning) has_owner = is_kept;
+    if (!is_kept) {
+      immovable_.push_back(blocks_[i]);
+      continue;
+    }
+    if (is_turning) {
+      blocks_[i].owner = int(owner);
+    } else {
+      owner = kept;
+    }
+    if (kept != i) {
+      blocks_[kept] = blocks_[i];
+      sources_[kept] = sources_[i];
+    }
+    ++kept;
+  }
+  blocks_.resize(kept);
+  sources_.resize(kept);
+}
+
+void ContactSystem::list_shares() {
+  first_share_.assign(y_.size() + 1, 0);
+  for (const Block& block : blocks_) {
+    for (const int slot : {block.slot_a, block.slot_b}) {
+      if (slot >= 0) ++first_share_[std::size_t(slot)];
+    }
+  }
+  std::size_t end = 0;
+  for (std::size_t& first : first_share_) first = end += first;
+  shares_.resize(end);
+  // From the last block to the first, so that lists ascend; each list's end becomes its beginning.
+  for (std::size_t i = blocks_.size(); i-- > 0;) {
+    const auto place = [&](int slot, bool is_a) {
+      if (slot < 0) return;
+      Share& share = shares_[--first_share_[std::size_t(slot)]];
+      share.block = i;
+      share.is_a = is_a;
+    };
+    place(blocks_[i].slot_a, true);
+    place(blocks_[i].slot_b, false);
+  }
+  loops_.each(end, [&](std::size_t i) {
+    const Block& block = blocks_[shares_[i].block];
+    shares_[i].G = shares_[i].is_a ? block.G_a : block.G_b;
+  });
+}
+
+void ContactSystem::make_row(const ContactProblem& problem, std::size_t index) {
   const JointRow& row = problem.rows[index];
   const ContactBody& a = problem.bodies[row.body_a];
   const ContactBody& b = problem.bodies[row.body_b];
-  Block block = make_block(BlockKind::Row, row.body_a, row.body_b);
+  Block& block = blocks_[index];
+  begin_block(block, BlockKind::Row, row.body_a, row.body_b);
   block.G_a.row(0) << row.j_av_W.transpose(), row.j_aw_W.transpose();
   block.G_b.row(0) << row.j_bv_W.transpose(), row.j_bw_W.transpose();
   block.free[0] = row.j_av_W.dot(a.free_v_W) + row.j_aw_W.dot(a.free_w_W) +
@@ -148,15 +225,17 @@ void ContactSystem::add_row(const ContactProblem& problem, std::size_t index) {
   block.lower = row.lower;
   block.upper = row.upper;
   block.lambda[0] = std::clamp(row.impulse, row.lower, row.upper);
-  finish(block, Matrix3::Identity(), index);
+  finish(index, Matrix3::Identity(), index);
 }
 
-void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index) {
+void ContactSystem::make_contact(const ContactProblem& problem, std::size_t index) {
   const PointContact& contact = problem.contacts[index];
   const ContactBody& a = problem.bodies[contact.body_a];
   const ContactBody& b = problem.bodies[contact.body_b];
   const Matrix3 basis_W = make_basis(contact);
-  Block block = make_block(BlockKind::Contact, contact.body_a, contact.body_b);
+  const std::size_t at = place_of_contact_[index];
+  Block& block = blocks_[at];
+  begin_block(block, BlockKind::Contact, contact.body_a, contact.body_b);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vector3 direction = basis_W.col(k);
     block.G_a.row(k) << -direction.transpose(), -contact.r_a_W.cross(direction).transpose();
@@ -167,19 +246,19 @@ void ContactSystem::add_contact(const ContactProblem& problem, std::size_t index
       (b.free_v_W - a.free_v_W) + b.free_w_W.cross(contact.r_b_W) - a.free_w_W.cross(contact.r_a_W);
   block.free = basis_W.transpose() * (u_W - contact.sticking_velocity_W);
   block.free[0] = basis_W.col(0).dot(u_W) - contact.target;
-  add_carriers(problem, index, basis_W, block);
+  if (!problem.carriers.empty()) add_carriers(problem, index, basis_W, block);
   block.friction = largest_coefficient(contact);
   block.lambda[0] = std::max(block.lambda[0], Scalar{0});  // contacts cannot pull
   const Scalar bound = block.friction * block.lambda[0];
   const Scalar length = block.lambda.tail<2>().norm();
   if (length > bound) block.lambda.tail<2>() *= bound / length;
-  if (!finish(block, basis_W, index)) return;
-  const int owner = int(blocks_.size()) - 1;
+  finish(at, basis_W, index);
+  std::size_t next = at + 1;
   if (contact.rolling_friction > 0) {
-    add_turning(problem, index, basis_W, BlockKind::Rolling, owner);
+    make_turning(problem, index, basis_W, BlockKind::Rolling, at, next++);
   }
   if (contact.torsional_friction > 0) {
-    add_turning(problem, index, basis_W, BlockKind::Torsion, owner);
+    make_turning(problem, index, basis_W, BlockKind::Torsion, at, next);
   }
 }
 
@@ -206,8 +285,9 @@ void ContactSystem::add_carriers(const ContactProblem& problem, std::size_t inde
   block.carried = carried_.data() + first;
 }
 
-void ContactSystem::add_turning(const ContactProblem& problem, std::size_t index,
-                                const Matrix3& basis_W, BlockKind kind, int owner) {
+void ContactSystem::make_turning(const ContactProblem& problem, std::size_t index,
+                                 const Matrix3& basis_W, BlockKind kind, std::size_t owner,
+                                 std::size_t at) {
   const PointContact& contact = problem.contacts[index];
   Matrix3 axes_W = Matrix3::Zero();
   if (kind == BlockKind::Rolling) {
@@ -216,8 +296,9 @@ void ContactSystem::add_turning(const ContactProblem& problem, std::size_t index
   } else {
     axes_W.col(0) = basis_W.col(0) * contact.torsional_friction;
   }
-  Block block = make_block(kind, contact.body_a, contact.body_b);
-  block.owner = owner;
+  Block& block = blocks_[at];
+  begin_block(block, kind, contact.body_a, contact.body_b);
+  block.owner = int(owner);
   block.G_a.rightCols<3>() = -axes_W.transpose();
   block.G_b.rightCols<3>() = axes_W.transpose();
   const ContactBody& a = problem.bodies[contact.body_a];
@@ -226,8 +307,8 @@ void ContactSystem::add_turning(const ContactProblem& problem, std::size_t index
   for (Eigen::Index k = 0; k < 3; ++k) {
     block.lambda[k] = component(axes_W.col(k), contact.angular_impulse_W);
   }
-  block.lambda = project(block, block.lambda, blocks_[std::size_t(owner)].lambda[0]);
-  finish(block, axes_W, index);
+  block.lambda = project(block, block.lambda, blocks_[owner].lambda[0]);
+  finish(at, axes_W, index);
 }
 
 std::pair<Vector3, Vector3> ContactSystem::body_velocity(const ContactProblem& problem,
@@ -260,7 +341,7 @@ void ContactSystem::update_friction(const ContactProblem& problem) {
 
 void ContactSystem::update_velocities() {
   for (Vector6& y : y_) y.setZero();
-  for (const Block& block : blocks_) add_impulse(block, block.lambda, y_);
+  add_impulses(y_, [&](std::size_t i) { return blocks_[i].lambda; });
 }
 
 Scalar ContactSystem::residual(const Block& block) const {
@@ -275,12 +356,7 @@ Scalar ContactSystem::residual(const Block& block) const {
 }
 
 Scalar ContactSystem::residual() const {
-  Scalar largest = 0;
-  for (const Block& block : blocks_) {
-    const Scalar r = residual(block);
-    if (!(r <= largest)) largest = r;  // NaN is kept
-  }
-  return largest;
+  return loops_.largest(blocks_.size(), [&](std::size_t i) { return residual(blocks_[i]); });
 }
 
 Scalar ContactSystem::residual_without_impulses() const {
@@ -306,9 +382,9 @@ int ContactSystem::immovable_violations(Scalar tolerance) const {
 }
 
 void ContactSystem::write(ContactProblem& problem) const {
-  for (std::size_t i = 0; i < problem.bodies.size(); ++i) {
+  loops_.each(problem.bodies.size(), [&](std::size_t i) {
     std::tie(problem.bodies[i].v_W, problem.bodies[i].w_W) = body_velocity(problem, i);
-  }
+  });
   for (PointContact& contact : problem.contacts) {
     contact.impulse_W.setZero();
     contact.angular_impulse_W.setZero();

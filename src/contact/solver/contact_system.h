@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/solver/contact_law.h"
+#include "contact/solver/shared_loops.h"
 #include "core/assert.h"
 #include "dyop/contact/contact_problem.h"
 #include "dyop/contact/contact_solver.h"
@@ -15,7 +16,7 @@ namespace dyop::contact_internal {
 
 // Throw InvalidArgument, naming the value, for input that contact_problem.h and contact_solver.h do
 // not allow.
-void check_problem(const ContactProblem& problem);
+void check_problem(const ContactProblem& problem, const SharedLoops& loops);
 void check_friction(Scalar friction, std::size_t contact);
 
 inline std::span<const Carried> carried_by(const Block& block) {
@@ -37,15 +38,19 @@ inline Vector3 velocity_of(const Block& block, const std::vector<Vector6>& y) {
   return u;
 }
 
+/// y += G^T lambda, for one of a block's bodies.
+inline void add_impulse(BlockKind kind, const Rows6& G, const Vector3& lambda, Vector6& y) {
+  if (kind == BlockKind::Row || kind == BlockKind::Torsion) {
+    y += lambda[0] * G.row(0).transpose();
+  } else {
+    y += G.transpose() * lambda;
+  }
+}
+
 /// y += G^T lambda.
 inline void add_impulse(const Block& block, const Vector3& lambda, std::vector<Vector6>& y) {
   const auto add = [&](int slot, const Rows6& G) {
-    if (slot < 0) return;
-    if (block.kind == BlockKind::Row || block.kind == BlockKind::Torsion) {
-      y[std::size_t(slot)] += lambda[0] * G.row(0).transpose();
-    } else {
-      y[std::size_t(slot)] += G.transpose() * lambda;
-    }
+    if (slot >= 0) add_impulse(block.kind, G, lambda, y[std::size_t(slot)]);
   };
   add(block.slot_a, block.G_a);
   add(block.slot_b, block.G_b);
@@ -77,6 +82,17 @@ class Progress {
 // change are kept separately.
 class ContactSystem {
  public:
+  // A block of a body, which of the block's two the body is, and a copy of its rows.
+  struct Share {
+    std::size_t block = 0;
+    bool is_a = true;
+    Rows6 G;
+  };
+
+  // The threads for problems without carriers, until told otherwise; null: none but the caller's.
+  void set_team(core_internal::Team* team) { loops_.set_team(team); }
+  const SharedLoops& loops() const { return loops_; }
+
   // Checks and converts; impulses are carried over, each projected into its admissible set.
   void build(const ContactProblem& problem);
 
@@ -92,6 +108,16 @@ class ContactSystem {
 
   // Recomputes y = sum of G^T lambda.
   void update_velocities();
+
+  // y += sum of G^T impulse(i) over the blocks i, for each body in their order. With a team,
+  // impulse(i) is called once for each of the block's bodies.
+  template <typename Impulse>
+  void add_impulses(std::vector<Vector6>& y, const Impulse& impulse) const;
+
+  // The blocks of a body, in their order. Only with a team.
+  std::span<const Share> shares_of(std::size_t slot) const {
+    return {shares_.data() + first_share_[slot], shares_.data() + first_share_[slot + 1]};
+  }
 
   // u of one block, with compliance. Inline, as sweeps spend most of their time here.
   Vector3 relative_velocity(const Block& block) const;
@@ -121,18 +147,26 @@ class ContactSystem {
   // (v, w) of a body at the present y.
   std::pair<Vector3, Vector3> body_velocity(const ContactProblem& problem, std::size_t index) const;
   void build_slots(const ContactProblem& problem);
-  void add_row(const ContactProblem& problem, std::size_t index);
-  void add_contact(const ContactProblem& problem, std::size_t index);
-  void add_turning(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
-                   BlockKind kind, int owner);
-  Block make_block(BlockKind kind, std::size_t body_a, std::size_t body_b) const;
+  void place_blocks(const ContactProblem& problem);
+  void make_row(const ContactProblem& problem, std::size_t index);
+  void make_contact(const ContactProblem& problem, std::size_t index);
+  void make_turning(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
+                    BlockKind kind, std::size_t owner, std::size_t at);
+  void begin_block(Block& block, BlockKind kind, std::size_t body_a, std::size_t body_b) const;
   void add_carriers(const ContactProblem& problem, std::size_t index, const Matrix3& basis_W,
                     Block& block);
   void to_slot(int slot, Rows6& G) const;
-  bool finish(Block& block, const Matrix3& basis_W, std::size_t index);
+  void finish(std::size_t at, const Matrix3& basis_W, std::size_t index);
+  void set_immovable_apart();
+  void list_shares();
 
+  SharedLoops loops_;
   std::vector<Block> blocks_;
   std::vector<Source> sources_;
+  bool has_immovable_ = false;                 // among the blocks, until they are set apart
+  std::vector<std::size_t> place_of_contact_;  // its block, until immovable ones are set apart
+  std::vector<std::size_t> first_share_;       // by body, into the shares
+  std::vector<Share> shares_;
   std::vector<Block> immovable_;
   std::vector<Carried> carried_;
   std::size_t next_carrier_ = 0;  // of the problem
@@ -140,6 +174,19 @@ class ContactSystem {
   std::vector<int> slot_of_body_;
   std::vector<Vector6> y_;
 };
+
+template <typename Impulse>
+void ContactSystem::add_impulses(std::vector<Vector6>& y, const Impulse& impulse) const {
+  if (!loops_.has_team()) {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) add_impulse(blocks_[i], impulse(i), y);
+    return;
+  }
+  loops_.each(y.size(), [&](std::size_t slot) {
+    for (const Share& share : shares_of(slot)) {
+      add_impulse(blocks_[share.block].kind, share.G, impulse(share.block), y[slot]);
+    }
+  });
+}
 
 inline Vector3 ContactSystem::relative_velocity(const Block& block) const {
   DYOP_ASSERT(block.slot_a < int(y_.size()) && block.slot_b < int(y_.size()), block.slot_a, ' ',

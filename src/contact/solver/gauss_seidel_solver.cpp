@@ -68,7 +68,7 @@ bool FreeRows::begin(const ContactSystem& system) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     matrix_.add(system, rows_[k], Vector3(penalty_[k], 0, 0).asDiagonal());
   }
-  if (!matrix_.factorise()) rows_.clear();
+  if (!matrix_.factorise(system.loops())) rows_.clear();
   return !rows_.empty();
 }
 
@@ -89,7 +89,7 @@ void FreeRows::step(ContactSystem& system) {
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     add_impulse(blocks[rows_[k]], Vector3(-penalty_[k] * u_[k], 0, 0), change_);
   }
-  matrix_.solve(change_);
+  matrix_.solve(change_, system.loops());
   for (std::size_t k = 0; k < rows_.size(); ++k) {
     Block& block = blocks[rows_[k]];
     const Vector3 impulse(-penalty_[k] * (u_[k] + velocity_of(block, change_)[0]), 0, 0);

@@ -89,122 +89,139 @@ void InteriorPointSolver::begin(ContactSystem& system) {
   y_ = system.velocities();
   step_.resize(y_.size());
   matrix_.analyse(system);
-  best_residual_ = 0;
-  pairs_.clear();
-  start_lambda_.clear();
-  for (std::size_t i = 0; i < system.blocks().size(); ++i) {
-    const Block& block = system.blocks()[i];
-    if (block.kind != BlockKind::Contact) continue;
-    pairs_.emplace_back().block = i;
-    start_lambda_.push_back(block.lambda);
-    const Scalar r = system.residual(block);
-    if (!(r <= best_residual_)) best_residual_ = r;  // NaN is kept
+  pair_of_block_.clear();
+  std::size_t count = 0;
+  for (const Block& block : system.blocks()) {
+    pair_of_block_.push_back(block.kind == BlockKind::Contact ? count++ : kNoPair);
   }
-  for (Pair& pair : pairs_) {
-    const Block& block = system.blocks()[pair.block];
-    const Scalar mu = block.friction;
-    pair.scale = mu > 0 ? Vector3(1 / mu, 1, 1) : Vector3(1, 0, 0);
-    const Vector3 impulse =
-        mu > 0 ? Vector3(mu * block.lambda[0], block.lambda[1], block.lambda[2]) : block.lambda;
-    pair.impulse = moved_inside(impulse, best_residual_ / block.weight);
-    pair.velocity =
-        moved_inside(pair.scale.cwiseProduct(system.relative_velocity(block)), best_residual_);
-  }
+  pairs_.resize(count);
+  start_lambda_.resize(count);
+  const SharedLoops& loops = system.loops();
+  loops.each(pair_of_block_.size(), [&](std::size_t i) {
+    if (pair_of_block_[i] == kNoPair) return;
+    pairs_[pair_of_block_[i]].block = i;
+    start_lambda_[pair_of_block_[i]] = system.blocks()[i].lambda;
+  });
+  best_residual_ = loops.largest(pairs_.size(), [&](std::size_t i) {
+    return system.residual(system.blocks()[pairs_[i].block]);
+  });
+  loops.each(pairs_.size(), [&](std::size_t i) { begin_pair(pairs_[i]); });
   best_lambda_ = start_lambda_;
 }
 
+void InteriorPointSolver::begin_pair(Pair& pair) const {
+  const Block& block = system_->blocks()[pair.block];
+  const Scalar mu = block.friction;
+  pair.scale = mu > 0 ? Vector3(1 / mu, 1, 1) : Vector3(1, 0, 0);
+  const Vector3 impulse =
+      mu > 0 ? Vector3(mu * block.lambda[0], block.lambda[1], block.lambda[2]) : block.lambda;
+  pair.impulse = moved_inside(impulse, best_residual_ / block.weight);
+  pair.velocity =
+      moved_inside(pair.scale.cwiseProduct(system_->relative_velocity(block)), best_residual_);
+}
+
 void InteriorPointSolver::evaluate() {
+  const SharedLoops& loops = system_->loops();
+  std::vector<Block>& blocks = system_->blocks();
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    Pair& pair = pairs_[i];
+    Block& block = blocks[pair.block];
+    block.lambda = pair.scale.cwiseProduct(pair.impulse);
+    pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
+  });
   lacking_.resize(y_.size());
   for (std::size_t i = 0; i < y_.size(); ++i) lacking_[i] = -y_[i];
-  product_ = 0;
-  for (const Block& block : system_->blocks()) {
-    if (block.kind != BlockKind::Contact) add_impulse(block, block.lambda, lacking_);
-  }
-  for (Pair& pair : pairs_) {
-    Block& block = system_->blocks()[pair.block];
-    block.lambda = pair.scale.cwiseProduct(pair.impulse);
-    add_impulse(block, block.lambda, lacking_);
-    pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
-    product_ += pair.impulse.dot(pair.velocity) / Scalar(pairs_.size());
-  }
+  system_->add_impulses(lacking_, [&](std::size_t i) { return blocks[i].lambda; });
+  product_ = loops.sum(0, pairs_.size(), [&](std::size_t i) {
+    return pairs_[i].impulse.dot(pairs_[i].velocity) / Scalar(pairs_.size());
+  });
   system_->update_velocities();
 }
 
 void InteriorPointSolver::measure() {
-  residual_ = held_residual_ = 0;
-  for (const Pair& pair : pairs_) {
-    const Block& block = system_->blocks()[pair.block];
+  const SharedLoops& loops = system_->loops();
+  const std::vector<Block>& blocks = system_->blocks();
+  held_residual_ = loops.largest(pairs_.size(), [&](std::size_t i) {
+    const Block& block = blocks[pairs_[i].block];
     const Vector3 x = block.lambda - system_->relative_velocity(block) / block.weight;
-    const Scalar held = (block.lambda - project(block, x, 0)).norm() * block.weight;
-    const Scalar r = system_->residual(block);
-    if (!(held <= held_residual_)) held_residual_ = held;  // NaN is kept
-    if (!(r <= residual_)) residual_ = r;
-  }
+    return (block.lambda - project(block, x, 0)).norm() * block.weight;
+  });
+  residual_ = loops.largest(
+      pairs_.size(), [&](std::size_t i) { return system_->residual(blocks[pairs_[i].block]); });
   if (!(residual_ < best_residual_)) return;
   best_residual_ = residual_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    best_lambda_[i] = system_->blocks()[pairs_[i].block].lambda;
-  }
+  loops.each(pairs_.size(),
+             [&](std::size_t i) { best_lambda_[i] = blocks[pairs_[i].block].lambda; });
 }
 
 bool InteriorPointSolver::factorise() {
-  matrix_.reset();
-  for (Pair& pair : pairs_) {
+  const SharedLoops& loops = system_->loops();
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    Pair& pair = pairs_[i];
     pair.scaling = ConeScaling(pair.velocity, pair.impulse);
     const Matrix3 root = pair.scaling.inverse * pair.scale.asDiagonal();
-    matrix_.add(*system_, pair.block, root.transpose() * root);
-  }
-  return matrix_.factorise();
+    pair.stiffness.noalias() = root.transpose() * root;
+  });
+  matrix_.reset();
+  const Matrix3 none = Matrix3::Zero();
+  matrix_.add_all(*system_, [&](std::size_t i) -> const Matrix3& {
+    return pair_of_block_[i] == kNoPair ? none : pairs_[pair_of_block_[i]].stiffness;
+  });
+  return matrix_.factorise(loops);
 }
 
 // The steps that change the scaled products by `wanted`, and close all gaps.
 void InteriorPointSolver::solve() {
-  step_ = lacking_;
-  for (Pair& pair : pairs_) {
+  const SharedLoops& loops = system_->loops();
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    Pair& pair = pairs_[i];
     const ConeScaling& scaling = pair.scaling;
     pair.wanted = cone_quotient(scaling.middle, pair.wanted);
-    const Vector3 impulse = scaling.inverse * (pair.wanted - scaling.inverse * pair.gap);
-    add_impulse(system_->blocks()[pair.block], pair.scale.cwiseProduct(impulse), step_);
-  }
-  matrix_.solve(step_);
-  for (Pair& pair : pairs_) {
+    pair.impulse_step =
+        pair.scale.cwiseProduct(scaling.inverse * (pair.wanted - scaling.inverse * pair.gap));
+  });
+  step_ = lacking_;
+  system_->add_impulses(step_, [&](std::size_t i) -> Vector3 {
+    return pair_of_block_[i] == kNoPair ? Vector3(Vector3::Zero())
+                                        : pairs_[pair_of_block_[i]].impulse_step;
+  });
+  matrix_.solve(step_, system_->loops());
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    Pair& pair = pairs_[i];
     const ConeScaling& scaling = pair.scaling;
     pair.velocity_step =
         pair.scale.cwiseProduct(velocity_of(system_->blocks()[pair.block], step_)) + pair.gap;
     pair.impulse_step = scaling.inverse * (pair.wanted - scaling.inverse * pair.velocity_step);
-  }
-}
-
-Scalar InteriorPointSolver::longest_step() const {
-  Scalar way = kInfinity;
-  for (const Pair& pair : pairs_) {
-    way = std::min({way, way_to_cone(pair.impulse, pair.impulse_step),
-                    way_to_cone(pair.velocity, pair.velocity_step)});
-  }
-  return way;
+    pair.way = std::min(way_to_cone(pair.impulse, pair.impulse_step),
+                        way_to_cone(pair.velocity, pair.velocity_step));
+  });
+  longest_step_ = kInfinity;
+  for (const Pair& pair : pairs_) longest_step_ = std::min(longest_step_, pair.way);
 }
 
 // The predictor aims at products of zero. What it reaches says how far to aim now; its products are
 // the error of linearising.
 void InteriorPointSolver::predict_and_correct() {
-  for (Pair& pair : pairs_) {
-    pair.wanted = -cone_product(pair.scaling.middle, pair.scaling.middle);
-  }
+  const SharedLoops& loops = system_->loops();
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    const Vector3& middle = pairs_[i].scaling.middle;
+    pairs_[i].wanted = -cone_product(middle, middle);
+  });
   solve();
-  const Scalar way = std::min(longest_step(), Scalar{1});
-  Scalar predicted = 0;
-  for (const Pair& pair : pairs_) {
-    predicted +=
-        (pair.impulse + way * pair.impulse_step).dot(pair.velocity + way * pair.velocity_step) /
-        Scalar(pairs_.size());
-  }
+  const Scalar way = std::min(longest_step_, Scalar{1});
+  const Scalar predicted = loops.sum(0, pairs_.size(), [&](std::size_t i) {
+    const Pair& pair = pairs_[i];
+    return (pair.impulse + way * pair.impulse_step).dot(pair.velocity + way * pair.velocity_step) /
+           Scalar(pairs_.size());
+  });
   const Scalar part = std::max(predicted, Scalar{0}) / product_;
-  for (Pair& pair : pairs_) {
+  loops.each(pairs_.size(), [&](std::size_t i) {
+    Pair& pair = pairs_[i];
     const Vector3& v = pair.scaling.middle;
     pair.wanted = -cone_product(v, v) - cone_product(pair.scaling.W * pair.impulse_step,
                                                      pair.scaling.inverse * pair.velocity_step);
     pair.wanted[0] += part * part * part * product_;
-  }
+  });
   solve();
 }
 
@@ -234,11 +251,11 @@ void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOpti
     if (!factorise()) break;
     predict_and_correct();
     const Scalar part = std::clamp(1 - product_ / first_product, kNearlyAll, kAllButAll);
-    step = std::min(part * longest_step(), Scalar{1});
-    for (Pair& pair : pairs_) {
-      pair.impulse += step * pair.impulse_step;
-      pair.velocity += step * pair.velocity_step;
-    }
+    step = std::min(part * longest_step_, Scalar{1});
+    system.loops().each(pairs_.size(), [&](std::size_t k) {
+      pairs_[k].impulse += step * pairs_[k].impulse_step;
+      pairs_[k].velocity += step * pairs_[k].velocity_step;
+    });
     for (std::size_t k = 0; k < y_.size(); ++k) y_[k] += step * step_[k];
   }
   const bool is_near = best_residual_ <= kKeptPart * system.residual_without_impulses();

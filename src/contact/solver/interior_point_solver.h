@@ -61,24 +61,29 @@ class InteriorPointSolver {
     Vector3 gap;                // what the velocity lacks to be that of y
     Vector3 wanted;             // change of the scaled product of impulse and velocity
     Vector3 impulse_step, velocity_step;
+    Scalar way;  // that these may go until an edge of a cone
     ConeScaling scaling;
+    Matrix3 stiffness;  // minus what impulses change per change of u
   };
+  static constexpr std::size_t kNoPair = std::size_t(-1);
 
   void begin(ContactSystem& system);
+  void begin_pair(Pair& pair) const;
   // Updates gaps and the mean product, and puts the impulses into the system.
   void evaluate();
   void measure();
   bool factorise();
   void solve();
-  Scalar longest_step() const;
   void predict_and_correct();
   bool keeps_going(Scalar before, Scalar step) const;
 
   ContactSystem* system_ = nullptr;
   BodyMatrix matrix_;
-  std::vector<Pair> pairs_;  // of contacts
+  std::vector<Pair> pairs_;                 // of contacts
+  std::vector<std::size_t> pair_of_block_;  // or kNoPair
   std::vector<Vector3> start_lambda_, best_lambda_;
   std::vector<Vector6> y_, step_, lacking_;  // lacking_: what y lacks to be that of the impulses
+  Scalar longest_step_ = 0;                  // until an edge of a cone, in units of the step
   Scalar product_ = 0;                       // mean of impulse . velocity
   Scalar residual_ = 0;                      // of the laws
   Scalar held_residual_ = 0;                 // of the laws without shift

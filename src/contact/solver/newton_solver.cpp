@@ -105,23 +105,23 @@ void NewtonRun::begin_outer(Scalar factor) {
   const std::vector<Block>& blocks = system_->blocks();
   outer_residual_ = residual_;
   matrix_.analyse(*system_);
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
     lambda_[i] = blocks[i].lambda;
     rho_[i] = factor / blocks[i].weight;
     penalty_[i] = rho_[i] / (1 + rho_[i] * blocks[i].compliance);
     lambda_by_rho_[i] = lambda_[i] / rho_[i];
-  }
+  });
   compute_shifts();
 }
 
 void NewtonRun::compute_shifts() {
   const std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
     const Block& block = blocks[i];
     const bool is_contact = block.kind == BlockKind::Contact;
     shift_[i] = is_contact ? block.friction * tangent_length(u_[i]) : 0;
     radius_[i] = block.owner >= 0 ? blocks[std::size_t(block.owner)].lambda[0] : 0;
-  }
+  });
 }
 
 Vector3 NewtonRun::raw_impulse(std::size_t i, const Vector3& u) const {
@@ -133,20 +133,20 @@ Vector3 NewtonRun::raw_impulse(std::size_t i, const Vector3& u) const {
 
 void NewtonRun::compute_u(const std::vector<Vector6>& y, std::vector<Vector3>& u) const {
   const std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
     const Block& block = blocks[i];
     u[i] = velocity_of(block, y);
     if (&u == &u_) u[i] += block.free;
-  }
+  });
 }
 
 // Puts the impulses that belong to y into the system; returns their residual.
 Scalar NewtonRun::take_impulses() {
   std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
     raw_[i] = raw_impulse(i, u_[i]);
     blocks[i].lambda = project(blocks[i], raw_[i], radius_[i]);
-  }
+  });
   system_->update_velocities();
   residual_ = system_->residual();
   if (residual_ < best_residual_) keep_best();
@@ -163,22 +163,19 @@ void NewtonRun::keep_best() {
 Scalar NewtonRun::compute_gradient() {
   for (std::size_t i = 0; i < y_.size(); ++i) step_[i] = system_->velocities()[i] - y_[i];
   compute_u(step_, du_);
-  Scalar largest_sq = 0;
-  for (const Vector3& du : du_) largest_sq = std::max(largest_sq, du.squaredNorm());
-  return std::sqrt(largest_sq);
+  return std::sqrt(
+      system_->loops().largest(du_.size(), [&](std::size_t i) { return du_[i].squaredNorm(); }));
 }
 
 // The impulses at y_ have been taken.
 bool NewtonRun::compute_step() {
   matrix_.reset();
   const std::vector<Block>& blocks = system_->blocks();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Matrix3 D = project_derivative(blocks[i], raw_[i], radius_[i]);
-    if (D.isZero(0)) continue;
-    matrix_.add(*system_, i, penalty_[i] * D);
-  }
-  if (!matrix_.factorise()) return false;
-  matrix_.solve(step_);
+  matrix_.add_all(*system_, [&](std::size_t i) -> Matrix3 {
+    return penalty_[i] * project_derivative(blocks[i], raw_[i], radius_[i]);
+  });
+  if (!matrix_.factorise(system_->loops())) return false;
+  matrix_.solve(step_, system_->loops());
   compute_u(step_, du_);
   return true;
 }
@@ -188,8 +185,8 @@ Scalar NewtonRun::slope_at_start() const {
   const std::vector<Block>& blocks = system_->blocks();
   Scalar sum = 0;
   for (std::size_t i = 0; i < y_.size(); ++i) sum += step_[i].dot(y_[i]);
-  for (std::size_t i = 0; i < blocks.size(); ++i) sum -= du_[i].dot(blocks[i].lambda);
-  return sum;
+  return system_->loops().sum(sum, blocks.size(),
+                              [&](std::size_t i) { return -du_[i].dot(blocks[i].lambda); });
 }
 
 // Derivative of the objective along the step.
@@ -197,11 +194,10 @@ Scalar NewtonRun::slope(Scalar t) const {
   const std::vector<Block>& blocks = system_->blocks();
   Scalar sum = 0;
   for (std::size_t i = 0; i < y_.size(); ++i) sum += step_[i].dot(y_[i] + t * step_[i]);
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+  return system_->loops().sum(sum, blocks.size(), [&](std::size_t i) {
     const Vector3 u = u_[i] + t * du_[i];
-    sum -= du_[i].dot(project(blocks[i], raw_impulse(i, u), radius_[i]));
-  }
-  return sum;
+    return -du_[i].dot(project(blocks[i], raw_impulse(i, u), radius_[i]));
+  });
 }
 
 // Moves along the step to a point where the slope is at most half as steep. The slope grows with t.

@@ -48,25 +48,26 @@ void NonsmoothNewton::begin(ContactSystem& system) {
 // Measures how far the impulses are from their laws.
 void NonsmoothNewton::evaluate() {
   const std::vector<Block>& blocks = system_->blocks();
-  const Scalar kept = shares_loads_ ? 1 - softness_ : Scalar{1};
-  Scalar largest_sq = 0;
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const Block& block = blocks[i];
-    Law& law = laws_[i];
-    law.u = system_->relative_velocity(block);
-    const Scalar rho = kStepSize / block.weight;
-    law.raw = kept * block.lambda - rho * law.u;
-    if (block.kind == BlockKind::Contact) {
-      law.raw[0] -= rho * block.friction * tangent_length(law.u);
-    }
-    law.missing = project(block, law.raw, radius_of(block)) - block.lambda;
-    const Scalar error_sq = law.missing.squaredNorm() / (rho * rho);
-    if (!(error_sq <= largest_sq)) largest_sq = error_sq;  // NaN is kept
-  }
-  error_ = std::sqrt(largest_sq);
+  const SharedLoops& loops = system_->loops();
+  error_ = std::sqrt(loops.largest(blocks.size(), [&](std::size_t i) { return measure(i); }));
   if (!(error_ < least_error_)) return;
   least_error_ = error_;
-  for (std::size_t i = 0; i < blocks.size(); ++i) laws_[i].best = blocks[i].lambda;
+  loops.each(blocks.size(), [&](std::size_t i) { laws_[i].best = blocks[i].lambda; });
+}
+
+// The square of one block's error.
+Scalar NonsmoothNewton::measure(std::size_t i) {
+  const Block& block = system_->blocks()[i];
+  Law& law = laws_[i];
+  const Scalar kept = shares_loads_ ? 1 - softness_ : Scalar{1};
+  law.u = system_->relative_velocity(block);
+  const Scalar rho = kStepSize / block.weight;
+  law.raw = kept * block.lambda - rho * law.u;
+  if (block.kind == BlockKind::Contact) {
+    law.raw[0] -= rho * block.friction * tangent_length(law.u);
+  }
+  law.missing = project(block, law.raw, radius_of(block)) - block.lambda;
+  return law.missing.squaredNorm() / (rho * rho);
 }
 
 // With D the derivative of P, B that of u~ by u, and c the compliance, the step of lambda solves
@@ -99,30 +100,45 @@ void NonsmoothNewton::linearise(const Block& block, Law& law) const {
   law.stiffness = law.gain * slope;
 }
 
-// du = G dy and dy = sum of G^T times the steps of lambda. Returns false without a solution.
-bool NonsmoothNewton::step() {
-  std::vector<Block>& blocks = system_->blocks();
-  matrix_.reset(false);
-  for (Vector6& y : y_step_) y.setZero();
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
+// Puts the linearised laws into the matrix and the right-hand side, see step().
+void NonsmoothNewton::assemble() {
+  const std::vector<Block>& blocks = system_->blocks();
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
     Law& law = laws_[i];
     linearise(blocks[i], law);
     law.step = law.gain * law.missing;
-    if (!law.stiffness.isZero(0)) matrix_.add(*system_, i, law.stiffness);
-    if (law.along.isZero(0)) {
-      add_impulse(blocks[i], law.step, y_step_);
-      continue;
-    }
-    const auto owner = std::size_t(blocks[i].owner);  // an earlier block
-    add_impulse(blocks[i], law.step + laws_[owner].step[0] * law.along, y_step_);
-    matrix_.add_between(*system_, i, law.along, owner, laws_[owner].stiffness.row(0));
-  }
-  if (!matrix_.factorise()) return false;
-  matrix_.solve(y_step_);
+  });
+  matrix_.reset(false);
+  matrix_.add_all(*system_, [&](std::size_t i) -> const Matrix3& { return laws_[i].stiffness; });
+  for (Vector6& y : y_step_) y.setZero();
+  system_->add_impulses(y_step_, [&](std::size_t i) -> Vector3 {
+    const Law& law = laws_[i];
+    if (law.along.isZero(0)) return law.step;
+    return law.step + owner_of(i).step[0] * law.along;
+  });
   for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (laws_[i].along.isZero(0)) continue;
+    const auto owner = std::size_t(blocks[i].owner);  // an earlier block
+    matrix_.add_between(*system_, i, laws_[i].along, owner, laws_[owner].stiffness.row(0));
+  }
+}
+
+// du = G dy and dy = sum of G^T times the steps of lambda. Returns false without a solution.
+bool NonsmoothNewton::step() {
+  std::vector<Block>& blocks = system_->blocks();
+  const SharedLoops& loops = system_->loops();
+  assemble();
+  if (!matrix_.factorise(loops)) return false;
+  matrix_.solve(y_step_, system_->loops());
+  loops.each(blocks.size(), [&](std::size_t i) {
     Law& law = laws_[i];
     law.step -= law.stiffness * velocity_of(blocks[i], y_step_);
-    if (!law.along.isZero(0)) law.step += laws_[std::size_t(blocks[i].owner)].step[0] * law.along;
+    if (law.along.isZero(0)) blocks[i].lambda += law.step;
+  });
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    Law& law = laws_[i];
+    if (law.along.isZero(0)) continue;
+    law.step += owner_of(i).step[0] * law.along;
     blocks[i].lambda += law.step;
   }
   system_->update_velocities();
@@ -145,8 +161,16 @@ void NonsmoothNewton::hasten_drift(Scalar before) {
 
 // Projects the impulses onto their cones. Returns whether they then solve the problem.
 bool NonsmoothNewton::settle(Scalar tolerance) {
-  for (Block& block : system_->blocks()) {
+  std::vector<Block>& blocks = system_->blocks();
+  const auto project_one = [&](Block& block) {
     block.lambda = project(block, block.lambda, radius_of(block));
+  };
+  // Turning follows its contact.
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
+    if (blocks[i].owner < 0) project_one(blocks[i]);
+  });
+  for (Block& block : blocks) {
+    if (block.owner >= 0) project_one(block);
   }
   system_->update_velocities();
   return system_->residual() <= tolerance;

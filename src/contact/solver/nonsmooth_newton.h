@@ -39,11 +39,16 @@ class NonsmoothNewton {
 
   void begin(ContactSystem& system);
   void evaluate();
+  Scalar measure(std::size_t i);
+  void assemble();
   void linearise(const Block& block, Law& law) const;
   bool step();
   void share_loads(Scalar tolerance);
   void hasten_drift(Scalar before);
   bool settle(Scalar tolerance);
+  const Law& owner_of(std::size_t i) const {
+    return laws_[std::size_t(system_->blocks()[i].owner)];
+  }
   Scalar radius_of(const Block& block) const {
     if (block.owner < 0) return 0;
     return std::max(system_->blocks()[std::size_t(block.owner)].lambda[0], Scalar{0});

@@ -33,9 +33,11 @@ struct alignas(64) SweepGroup {
 };
 
 struct SweepKernels {
-  /// Solves every contact with all others fixed, from the first group to the last and back, and
-  /// changes the velocities alike; keeps `before`. Returns the largest change of a velocity.
-  double (*sweep)(SweepGroup* groups, int count, double* velocities);
+  /// Solves every contact with all others fixed, from the first group to the last, and changes the
+  /// velocities alike; keeps `before`. Returns the largest change of a velocity.
+  double (*forward)(SweepGroup* groups, int count, double* velocities);
+  /// The same from the last group to the first, without `before`.
+  double (*back)(SweepGroup* groups, int count, double* velocities);
   /// ContactSystem::residual(). NaN if one of them is.
   double (*residual)(const SweepGroup* groups, int count, const double* velocities);
 };

@@ -368,6 +368,7 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
     return report;
   }
   ContactSolverOptions options = run_.context().options->solver;
+  options.thread_count = run_.context().options->thread_count;
   options.tolerance = is_impact ? impact_tolerance(tau) : tolerance(tau);
   if (is_large()) {
     // What one round does not solve there a second hardly ever does, at the price of the first.

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/team.h"
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <thread>
+
+#include "core/batch_run.h"
+#include "dyop/core/batch_options.h"
+
+namespace dyop::core_internal {
+namespace {
+
+constexpr int kLoopBits = 32;
+constexpr std::uint64_t kPartMask = (std::uint64_t{1} << kLoopBits) - 1;
+// More even the work out better, and cost more to hand out.
+constexpr std::size_t kPartsPerThread = 4;
+// So often a thread looks again at once, some tens of microseconds in all, before it lets others
+// run.
+constexpr int kPatience = 1000;
+
+// Waits a moment, longer each time.
+class Wait {
+ public:
+  void once() {
+    if (++times_ > kPatience) {
+      std::this_thread::yield();
+      return;
+    }
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    asm volatile("yield");
+#endif
+  }
+
+ private:
+  int times_ = 0;
+};
+
+}  // namespace
+
+void Team::run_loop(Call call, const void* context, std::size_t count, std::size_t least) {
+  const std::size_t portion = std::max(least, count / (kPartsPerThread * threads_) + 1);
+  if (threads_ == 1 || count <= portion) {
+    if (count > 0) call(context, 0, count);
+    return;
+  }
+  constexpr auto relaxed = std::memory_order_relaxed;
+  call_.store(call, relaxed);
+  context_.store(context, relaxed);
+  count_.store(count, relaxed);
+  portion_.store(portion, relaxed);
+  done_.store(0, relaxed);
+  const std::uint64_t loop = ((next_.load(relaxed) >> kLoopBits) + 1) & kPartMask;
+  next_.store(loop << kLoopBits, std::memory_order_release);
+  take_parts(loop);
+  for (Wait wait; done_.load(std::memory_order_acquire) < count;) wait.once();
+}
+
+// Runs parts of this loop until none is left.
+void Team::take_parts(std::uint64_t loop) {
+  constexpr auto relaxed = std::memory_order_relaxed;
+  std::size_t done = 0;
+  std::uint64_t next = next_.load(std::memory_order_acquire);
+  while (next >> kLoopBits == loop) {
+    const Call call = call_.load(relaxed);
+    const void* context = context_.load(relaxed);
+    const std::size_t count = count_.load(relaxed);
+    const std::size_t portion = portion_.load(relaxed);
+    const std::size_t begin = std::size_t(next & kPartMask) * portion;
+    if (begin >= count) break;
+    if (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel,
+                                     std::memory_order_acquire)) {
+      continue;
+    }
+    const std::size_t end = std::min(begin + portion, count);
+    call(context, begin, end);
+    done += end - begin;
+    next = next_.load(std::memory_order_acquire);
+  }
+  if (done > 0) done_.fetch_add(done, std::memory_order_release);
+}
+
+void Team::help() {
+  std::uint64_t seen = 0;
+  for (Wait wait; !has_ended_.load(std::memory_order_acquire); wait.once()) {
+    const std::uint64_t loop = next_.load(std::memory_order_acquire) >> kLoopBits;
+    if (loop == seen) continue;
+    take_parts(loop);
+    seen = loop;
+    wait = {};
+  }
+}
+
+// The first thread that comes leads.
+struct Team::Crew {
+  Team& team;
+  const std::function<void(Team&)>& lead;
+  std::atomic<bool> has_leader{false};
+  std::exception_ptr error;
+
+  void work(std::size_t /*worker*/) {
+    if (has_leader.exchange(true)) {
+      team.help();
+      return;
+    }
+    try {
+      lead(team);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    team.end();
+  }
+};
+
+void with_team(int thread_count, const std::function<void(Team&)>& lead) {
+  BatchOptions batch;
+  batch.thread_count = thread_count;
+  const std::size_t threads = batch_worker_count(std::numeric_limits<std::size_t>::max(), batch);
+  Team team;
+  if (threads == 1) {
+    lead(team);
+    return;
+  }
+  team.threads_ = threads;
+  Team::Crew crew{team, lead, {}, {}};
+  // As in batch_run.cpp: what these two order, oneTBB does too, where thread sanitizers cannot see.
+  crew.has_leader.store(false, std::memory_order_release);
+  run_workers(crew, threads);
+  team.has_ended_.load(std::memory_order_acquire);
+  if (crew.error) std::rethrow_exception(crew.error);
+}
+
+}  // namespace dyop::core_internal

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <type_traits>
+
+#include "dyop/core/export.h"
+
+namespace dyop::core_internal {
+
+class Team;
+
+/// Calls lead(team) once, while up to thread_count - 1 other threads help; zero: as many as there
+/// are cores. Throws what `lead` throws.
+DYOP_EXPORT void with_team(int thread_count, const std::function<void(Team&)>& lead);
+
+/// Threads that share many loops, each too short to wake threads for: between loops the helpers
+/// watch for the next one. A loop is cut into parts that whoever is free takes; the leader takes
+/// them too and waits only for parts that a helper has begun, so that it gets on at its own pace
+/// where helpers come late or not at all.
+class DYOP_EXPORT Team {
+ public:
+  /// Whether there may be helpers.
+  bool has_helpers() const { return threads_ > 1; }
+
+  /// Calls part(begin, end) for consecutive parts of [0, count), some at the same time: a few for
+  /// each thread, but none shorter than `least`, except the last. `part` must not throw. Returns
+  /// when all are done. For the leader alone.
+  template <typename Part>
+  void run(std::size_t count, std::size_t least, Part&& part) {
+    using Plain = std::remove_reference_t<Part>;
+    run_loop([](const void* context, std::size_t begin,
+                std::size_t end) { (*static_cast<const Plain*>(context))(begin, end); },
+             &part, count, least);
+  }
+
+ private:
+  friend void with_team(int thread_count, const std::function<void(Team&)>& lead);
+  using Call = void (*)(const void* context, std::size_t begin, std::size_t end);
+  struct Crew;
+
+  void run_loop(Call call, const void* context, std::size_t count, std::size_t least);
+  void take_parts(std::uint64_t loop);
+  void help();
+  void end() { has_ended_.store(true, std::memory_order_release); }
+
+  std::size_t threads_ = 1;
+  std::atomic<bool> has_ended_{false};
+  // The number of the loop in the upper half, that of its next part in the lower. What a helper
+  // reads of a loop below is of that loop if it then gets a part of it: a loop that lacks a part is
+  // not over, and only then are these changed.
+  std::atomic<std::uint64_t> next_{0};
+  std::atomic<Call> call_{nullptr};
+  std::atomic<const void*> context_{nullptr};
+  std::atomic<std::size_t> count_{0};
+  std::atomic<std::size_t> portion_{1};
+  std::atomic<std::size_t> done_{0};  // of the count
+};
+
+}  // namespace dyop::core_internal
