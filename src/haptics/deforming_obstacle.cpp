@@ -244,7 +244,7 @@ bool DeformingObstacle::start_tick() {
   const bool is_newer = is_next_seen_ && std::exchange(newest_seen_, next_given_) != next_given_;
   const bool is_there = fraction_ >= 1 && !is_next_seen_;
   if (is_newer || is_there) lag_ = 0;
-  snapshots_seen_ = std::max(snapshots_seen_, snapshots_taken_ + (is_next_seen_ ? 1 : 0));
+  snapshots_seen_ = std::max(snapshots_seen_, snapshots_taken() + (is_next_seen_ ? 1 : 0));
   return time_left() == kInfinity && go_on();
 }
 

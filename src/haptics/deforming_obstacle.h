@@ -147,7 +147,7 @@ class DeformingObstacle final : public Obstacle {
   Scalar rate_ = 0;          // unless it stands
   bool is_standing_ = false;
   Scalar lag_ = 0;  // since the newest snapshot was seen, or it got there
-  std::int64_t snapshots_taken_ = 0;
+  std::atomic<std::int64_t> snapshots_taken_{0};  // changed by ticks, read by the giver as well
   // Whether the mesh that is not shown is the next one. Offered by give(), cleared by the tick.
   std::atomic<Next> next_{Next::None};
   Scalar next_duration_ = 0;      // 0: another mesh, at rest

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <tuple>
 #include <utility>
 
@@ -61,6 +62,7 @@ struct SessionState {
   Scalar time = 0;
   std::shared_ptr<HapticObserver> observer;
   bool is_fresh = true;  // no tick, and nothing else from its thread
+  std::mutex giving;     // one thread at a time gives tissue; ticks never wait for it
   // Memory of find_contacts().
   haptics_internal::PairMemory search_memory;
   std::vector<HoldPoint> found;
@@ -515,11 +517,12 @@ std::vector<DeformingObstacle*> with_copies(const SessionState& state, std::size
 // To all or to none. To the copies first, so that what the tick has seen of the obstacle is there
 // of them.
 template <typename Give>
-bool give(const SessionState& state, const char* name, std::size_t number,
+bool give(SessionState& state, const char* name, std::size_t number,
           std::span<const Vector3> vertices, const Give& give_to) {
   const std::vector<DeformingObstacle*> all = with_copies(state, number);
   require_places(state, name, vertices);
-  // None of them gets a next one meanwhile: this thread alone gives.
+  // None of them gets a next one meanwhile.
+  const std::lock_guard one_giver(state.giving);
   if (std::ranges::any_of(all, &DeformingObstacle::has_next)) return false;
   return std::ranges::all_of(all, give_to,
                              [](DeformingObstacle* one) -> DeformingObstacle& { return *one; });
@@ -649,6 +652,7 @@ bool HapticSession::is_fresh() const {
 }
 
 void HapticSession::observe(std::shared_ptr<HapticObserver> observer) {
+  const std::lock_guard no_giver(state_->giving);
   DYOP_REQUIRE(!observer || is_fresh(), "HapticSession: ",
                "it can be observed from its start only, before ticks and inputs");
   state_->observer = std::move(observer);
@@ -759,6 +763,7 @@ bool HapticSession::retarget(std::size_t obstacle, std::span<const Vector3> vert
     DYOP_REQUIRE(region->obstacle() != obstacle, "retarget: obstacle ", obstacle,
                  " is a soft region; give it snapshots");
   }
+  const std::lock_guard one_giver(state_->giving);
   return tissue.retarget(vertices, duration, lead);
 }
 
@@ -768,6 +773,7 @@ bool HapticSession::find_contacts(std::size_t obstacle, const ObstacleProgress& 
   const DeformingObstacle& tissue = deforming(*state_, obstacle);
   require_valid(search, progress);
   require_tool(*state_, tool);
+  const std::lock_guard one_giver(state_->giving);
   const LoopScene& scene = state_->proxy.scene();
   std::vector<HoldPoint>& found = state_->found;
   found.clear();

@@ -27,6 +27,8 @@ void bind_records(pybind11::module_& m);
 /// Where the library can write them (HDF5).
 void bind_recordings(pybind11::module_& m);
 void bind_haptics(pybind11::module_& m);
+/// Called by bind_haptics().
+void bind_tissue(pybind11::module_& m);
 /// The last one: what is there can be shown.
 void bind_view(pybind11::module_& m);
 

@@ -328,12 +328,7 @@ JointReport step_jointly(SoftTissue& tissue, std::span<const JointTool> tools,
                          std::vector<ToolContactPoint>& contacts,
                          std::span<const SurfaceForce> forces) {
   DYOP_REQUIRE(!tools.empty(), "step_jointly: there is no tool");
-  for (const JointTool& tool : tools) {
-    DYOP_REQUIRE(tool.rest_offset >= 0 && tool.rest_offset < kInfinity,
-                 "step_jointly: rest_offset must be finite and >= 0, not ", tool.rest_offset);
-    DYOP_REQUIRE(tool.friction >= 0 && tool.friction < kInfinity,
-                 "step_jointly: friction must be finite and >= 0, not ", tool.friction);
-  }
+  for (const JointTool& tool : tools) tissue_internal::require_valid(tool);
   prepare_joint_steps(tissue);
   TissueBody& body = tissue_internal::body_of(tissue);
   return JointRun(body, tools, contacts).run(body.impulses_of(forces));
@@ -342,5 +337,31 @@ JointReport step_jointly(SoftTissue& tissue, std::span<const JointTool> tools,
 void prepare_joint_steps(SoftTissue& tissue) {
   tissue_internal::body_of(tissue).prepare_response();
 }
+
+namespace tissue_internal {
+
+namespace {
+
+void require_stiff(const char* name, Scalar stiffness) {
+  DYOP_REQUIRE(stiffness > 0 && stiffness < kInfinity, "step_jointly: ", name,
+               " of a tool's springs must be finite and > 0, not ", stiffness);
+}
+
+}  // namespace
+
+void require_valid(const JointTool& tool) {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    require_stiff("stiffness", tool.coupling.stiffness[axis]);
+    require_stiff("rotational_stiffness", tool.coupling.rotational_stiffness[axis]);
+  }
+  for (const ToolHinge& hinge : tool.hinges)
+    require_stiff("the hinges' stiffness", hinge.stiffness);
+  DYOP_REQUIRE(tool.rest_offset >= 0 && tool.rest_offset < kInfinity,
+               "step_jointly: rest_offset must be finite and >= 0, not ", tool.rest_offset);
+  DYOP_REQUIRE(tool.friction >= 0 && tool.friction < kInfinity,
+               "step_jointly: friction must be finite and >= 0, not ", tool.friction);
+}
+
+}  // namespace tissue_internal
 
 }  // namespace dyop

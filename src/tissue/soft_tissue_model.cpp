@@ -3,6 +3,7 @@
 
 #include "dyop/core/error.h"
 #include "dyop/tissue/soft_tissue.h"
+#include "tissue/tissue_body.h"
 
 namespace dyop {
 namespace {
@@ -32,28 +33,61 @@ ToolPose pose_of(const DevicePose& device, const ToolPose& otherwise) {
   return {RigidPose(device.q_WD.normalized(), device.p_WD), device.angles};
 }
 
-}  // namespace
-
-SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle)
-    : tissue_(std::move(tissue)), tools_(1 + obstacle.more_tools.size()), cuts_(obstacle.cuts) {
-  std::int64_t last = 0;
-  for (const ModelledCut& cut : cuts_) {
-    DYOP_REQUIRE(cut.steps >= last, "SoftTissueModel: a cut after ", cut.steps,
-                 " steps follows one after ", last);
-    last = cut.steps;
-  }
+// Of all tools, where they are not yet known to be.
+std::vector<JointTool> joint_tools(const ModelledObstacle& obstacle) {
   JointTool tool;
   tool.coupling = obstacle.coupling;
   tool.hinges = obstacle.hinges;
   tool.rest_offset = obstacle.rest_gap;
   tool.friction = obstacle.friction;
-  joints_.push_back(tool);
+  std::vector<JointTool> tools{tool};
   for (const ModelledTool& other : obstacle.more_tools) {
     tool.coupling = other.coupling;
     tool.hinges = other.hinges;
-    joints_.push_back(tool);
+    tools.push_back(tool);
   }
+  return tools;
+}
+
+}  // namespace
+
+ModelledObstacle modelled_obstacle(const HapticScene& scene, const HapticOptions& options,
+                                   std::size_t obstacle) {
+  DYOP_REQUIRE(obstacle < scene.obstacles.size(), "modelled_obstacle: there is no obstacle ",
+               obstacle, " of ", scene.obstacles.size());
+  const ToolObstacle& tissue = scene.obstacles[obstacle];
+  ModelledObstacle modelled{options.coupling, scene.hinges, tissue.margin + options.rest_offset,
+                            tissue.friction};
+  for (const HapticTool& tool : scene.more_tools) {
+    modelled.more_tools.push_back({tool.coupling.value_or(options.coupling), tool.hinges});
+  }
+  return modelled;
+}
+
+void ModelledObstacle::require_valid() const {
+  std::int64_t last = 0;
+  for (const ModelledCut& cut : cuts) {
+    DYOP_REQUIRE(cut.steps >= last, "SoftTissueModel: a cut after ", cut.steps,
+                 " steps follows one after ", last);
+    cut.kerf.require_valid();
+    last = cut.steps;
+  }
+  for (const JointTool& tool : joint_tools(*this)) tissue_internal::require_valid(tool);
+}
+
+SoftTissueModel::SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle)
+    : tissue_(std::move(tissue)),
+      joints_(joint_tools(obstacle)),
+      tools_(joints_.size()),
+      cuts_(obstacle.cuts) {
+  obstacle.require_valid();
   prepare_joint_steps(tissue_);
+}
+
+const SoftTissueModel::Account& SoftTissueModel::account(std::size_t tool) const {
+  DYOP_REQUIRE(tool < tools_.size(), "SoftTissueModel: there is no tool ", tool, " of ",
+               tools_.size());
+  return tools_[tool];
 }
 
 ContactSearch SoftTissueModel::search() const {
@@ -123,6 +157,16 @@ void SoftTissueModel::repay(Account& account, std::vector<SurfaceForce>& forces)
     forces.push_back({load.place.triangle, Vector3(weights[0], weights[1], weights[2]),
                       -load.share / tissue_.options().period * part});
   }
+}
+
+// Behind those that are due.
+std::size_t SoftTissueModel::add_cut(const TissueKerf& kerf) {
+  kerf.require_valid();
+  const auto later = std::find_if(cuts_.begin() + std::ptrdiff_t(cut_reports_.size()), cuts_.end(),
+                                  [&](const ModelledCut& cut) { return cut.steps > steps_; });
+  const auto number = std::size_t(later - cuts_.begin());
+  cuts_.insert(later, {steps_, kerf});
+  return number;
 }
 
 std::optional<TissueMesh> SoftTissueModel::cut(const TissueNews& /*news*/) {

@@ -14,6 +14,9 @@ namespace dyop::tissue_internal {
 struct KerfSurface;
 class LatticeCut;
 
+/// @throws InvalidArgument if a spring has no stiffness, or a number is out of its range.
+void require_valid(const JointTool& tool);
+
 /// The rotation nearest to a matrix, from a start near to it: Newton's method on the group, with
 /// the steps of [Mueller2016] where the matrix turns inside out.
 Quaternion nearest_rotation(const Matrix3& f, Quaternion start);

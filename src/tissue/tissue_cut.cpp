@@ -9,6 +9,15 @@
 #include "tissue/lattice_cut.h"
 #include "tissue/tissue_body.h"
 
+namespace dyop {
+
+void TissueKerf::require_valid() const {
+  DYOP_REQUIRE(half_extents.allFinite() && half_extents.minCoeff() > 0,
+               "TissueKerf: half_extents must be finite and > 0, not ", half_extents);
+}
+
+}  // namespace dyop
+
 namespace dyop::tissue_internal {
 namespace {
 
@@ -18,12 +27,6 @@ constexpr Scalar kCapSpacing = 0.5;
 constexpr Scalar kLeastSoftening = 0.5;
 constexpr int kMostMoves = 4;
 constexpr Scalar kMostStrain = 3;  // lengths at rest, relative to those now, of what is one body
-
-void check(const TissueKerf& kerf) {
-  const Vector3& half = kerf.half_extents;
-  DYOP_REQUIRE(half.allFinite() && half.minCoeff() > 0,
-               "TissueKerf: half_extents must be finite and > 0, not ", half);
-}
 
 }  // namespace
 
@@ -95,7 +98,7 @@ bool TissueBody::joins_distant(std::span<const Vector3> vertices,
 }
 
 CutReport TissueBody::cut(const TissueKerf& kerf) {
-  check(kerf);
+  kerf.require_valid();
   CutReport report{CutStatus::Missed, lattice_.part_count()};
   std::vector<std::int32_t> parts;
   for (const Host& host : lattice_.hosts()) {

@@ -8,6 +8,7 @@
 
 #include "dyop/core/error.h"
 #include "support/inputs/haptic_scenes.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -133,6 +134,85 @@ TEST(HapticRunner, RefusesABadPeriod) {
   RunnerOptions options = ticks(1, false);
   options.period = 0;
   EXPECT_THROW(run_session(*stand.session, Stand::device, {}, {}, options), InvalidArgument);
+}
+
+// Two runs of one session with feeders that stay are one run.
+TEST(HapticRunner, KeptFeedersGoOnWhereTheLastRunEnded) {
+  std::vector<std::vector<Vector3>> shapes;
+  std::vector<std::vector<std::int64_t>> numbers(2);
+  for (const std::size_t runs : {1, 2}) {
+    Stand stand;
+    const auto shape = stand.feed.shape;
+    stand.feed.shape = [&](std::int64_t number, std::span<Vector3> vertices) {
+      numbers[runs - 1].push_back(number);
+      shape(number, vertices);
+    };
+    std::vector<TissueFeeder> feeders = make_feeders(*stand.session, {stand.feed});
+    for (std::size_t k = 0; k < runs; ++k) {
+      const auto device = [](std::int64_t, std::span<DevicePose> all) {
+        all[0] = DevicePose(RigidPose(Vector3(0.3, 0.2, 3)));
+      };
+      run_session(*stand.session, device, feeders, {}, ticks(std::int64_t(90 / runs), false));
+    }
+    shapes.push_back(stand.session->tissue_vertices(0));
+  }
+  EXPECT_EQ(numbers[0].size(), 11u);
+  EXPECT_EQ(numbers[0], numbers[1]);
+  EXPECT_EQ(shapes[0], shapes[1]);
+}
+
+class Counter final : public TissueModel {
+ public:
+  ContactSearch search() const override { return {1, 0, 1}; }
+  void step(const TissueNews& news, std::span<Vector3>) override {
+    numbers.push_back(news.number);
+    snapshots.push_back(news.progress.snapshot);
+  }
+  std::vector<std::int64_t> numbers;
+  std::vector<std::int64_t> snapshots;
+};
+
+// A model that comes to a session that has moved before is asked once a period, as a first one.
+TEST(TissueFeeder, BeginsWhereTheSessionIs) {
+  Stand stand;
+  run_session(*stand.session, Stand::device, {stand.feed}, {}, ticks(95, false));
+  const std::int64_t before = stand.session->snapshots_taken(0);
+  const auto counter = std::make_shared<Counter>();
+  TissueFeed feed;
+  feed.period = 0.01;
+  feed.model = counter;
+  TissueFeeder feeder(*stand.session, feed);
+  std::vector<DevicePose> devices{Stand::device(0)};
+  int given = 0;
+  for (int k = 0; k < 100; ++k) {
+    given += feeder.offer() ? 1 : 0;
+    const HapticTick& tick = stand.session->update(devices[0], 1e-3);
+    feeder.tell(devices, 1e-3, std::span(&tick, 1));
+  }
+  EXPECT_NEAR(given, 10, 1);
+  ASSERT_EQ(counter->numbers.size(), std::size_t(given));
+  EXPECT_EQ(counter->numbers.back(), given);
+  for (std::size_t k = 2; k < counter->snapshots.size(); ++k) {
+    EXPECT_EQ(counter->snapshots[k] - counter->snapshots[k - 1], 1);
+  }
+  EXPECT_GT(stand.session->snapshots_taken(0), before + 8);
+  EXPECT_THROW(feeder.tell({}, 1e-3, {}), InvalidArgument);
+}
+
+TEST(TissueFeeder, NamesWhatIsWrong) {
+  Stand stand;
+  const auto message = [&](const auto& change) {
+    std::vector<TissueFeed> feeds{stand.feed};
+    change(feeds);
+    return testing::message_of([&] { make_feeders(*stand.session, feeds); });
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(message([](auto& feeds) { feeds[0].obstacle = 7; }), "no obstacle 7 of 1");
+  has(message([](auto& feeds) { feeds[0].period = 0; }), "period must be finite and > 0, not 0");
+  has(message([](auto& feeds) { feeds[0].shape = {}; }), "neither a model nor a shape");
+  has(message([](auto& feeds) { feeds.push_back(feeds[0]); }), "two feeds are of obstacle 0");
 }
 
 TEST(LatencyHistogram, QuantilesAreNoWiderThanABin) {

@@ -85,6 +85,9 @@ BY_NAME = {
     "device": "Union[PoseLike, DevicePose]",
     "wrench": "Optional[Callable[[float, MotionState], Union[Wrench, Tuple[ArrayLike, ArrayLike]]]]",
     "deadline": "Optional[float]",
+    "forces": "Union[Sequence[SurfaceForce], Tuple[ArrayLike, ArrayLike, ArrayLike], None]",
+    "shape": "Optional[Callable[[int, NDArray[numpy.float64]], Optional[ArrayLike]]]",
+    "cut": "Optional[Callable[[int], Union[TissueMesh, Tuple[ArrayLike, ArrayLike], None]]]",
     "mesh_directories": "Sequence[Union[str, os.PathLike[str]]]",
 }
 ARRAYS = (
@@ -97,6 +100,13 @@ BATCH = {
     "X_WA": "Union[Motion, Sequence[Motion], MotionArray]",
     "X_WB": "Union[Motion, Sequence[Motion], MotionArray]",
     "interval": "Union[IntervalLike, Sequence[IntervalLike]]",
+}
+# What classes that derive may define, which is more than calls need.
+DERIVED = {
+    "TissueModel.cut": "def cut(self, news: TissueNews) "
+    "-> Union[TissueMesh, Tuple[ArrayLike, ArrayLike], None]: ...",
+    "TissueModel.step": "def step(self, news: TissueNews, vertices: NDArray[numpy.float64]) "
+    "-> Optional[ArrayLike]: ...",
 }
 POSES = "Union[PoseLike, Sequence[PoseLike]]"
 # What may be given where the first is read.
@@ -259,6 +269,8 @@ def write_class(out, cls):
             out.append("    __hash__: ClassVar[None]  # type: ignore[assignment]")
         elif isinstance(value, staticmethod):
             write_function(out, name, getattr(cls, name), "    ", True)
+        elif f"{cls.__name__}.{name}" in DERIVED:
+            out.append("    " + DERIVED[f"{cls.__name__}.{name}"])
         elif callable(value) and (not name.startswith("__") or value.__doc__):
             write_function(out, name, value, "    ")
     if not is_record and not signatures(cls.__init__, "__init__"):  # cannot be made from Python

@@ -180,6 +180,11 @@ TEST(JointStep, NamesWhatIsWrong) {
       "rest_offset must be finite and >= 0, not -1");
   has(message([](auto& tool, auto&) { tool.friction = std::nan(""); }),
       "friction must be finite and >= 0, not nan");
+  has(message([](auto& tool, auto&) { tool.coupling.stiffness.y() = 0; }),
+      "stiffness of a tool's springs must be finite and > 0, not 0");
+  has(message([](auto& tool, auto&) { tool.coupling.rotational_stiffness.z() = -2; }),
+      "rotational_stiffness of a tool's springs must be finite and > 0, not -2");
+  has(message([](auto& tool, auto&) { tool.hinges.emplace_back(); }), "the hinges' stiffness");
   has(message([](auto&, auto& all) { all[0].surface->triangle = 12; }), "triangle 12 of 12");
   has(message([](auto&, auto& all) { all[0].nhat_W.setZero(); }), "contact 0 has numbers");
   has(message([](auto&, auto& all) { all[0].p_W.x() = kInfinity; }), "contact 0 has numbers");

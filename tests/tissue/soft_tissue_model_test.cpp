@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/tissue/soft_tissue.h"
 #include "support/inputs/haptic_scenes.h"
 #include "support/inputs/tissue_bars.h"
+#include "support/message_of.h"
 
 namespace dyop {
 namespace {
@@ -276,6 +278,50 @@ TEST(SoftTissueModel, TakesNoOtherMesh) {
   PressedSlab slab(1);
   std::vector<Vector3> few(3);
   EXPECT_THROW(slab.model->step({}, few), InvalidArgument);
+}
+
+TEST(SoftTissueModel, NamesWhatIsWrong) {
+  PressedSlab slab(1);
+  const auto message = [&](const auto& change) {
+    ModelledObstacle modelled = modelled_obstacle(slab.scene, slab.options, 0);
+    change(modelled);
+    return testing::message_of([&] {
+      SoftTissueModel(SoftTissue(slab.arrays.mesh(), slab.model->tissue().options()), modelled);
+    });
+  };
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  EXPECT_EQ(message([](auto&) {}), "no error");
+  has(message([](auto& modelled) { modelled.coupling = {}; }), "stiffness");
+  has(message([](auto& modelled) { modelled.friction = -1; }), "friction");
+  has(message([](auto& modelled) { modelled.cuts.emplace_back(); }), "half_extents");
+  has(testing::message_of([&] { slab.model->add_cut({}); }), "half_extents");
+  has(testing::message_of([&] { modelled_obstacle(slab.scene, slab.options, 1); }),
+      "no obstacle 1 of 1");
+}
+
+// A cut that is added is the same as one that was planned, and does not disturb those to come.
+TEST(SoftTissueModel, MakesCutsThatAreAdded) {
+  const TissueKerf middle{RigidPose(Vector3(9, 0, 0)), Vector3(0.2, 20, 8)};
+  const TissueKerf later{RigidPose(Vector3(-9, 0, 0)), Vector3(0.2, 20, 8)};
+  PressedSlab planned(1, {{10, middle}, {12, later}});
+  PressedSlab added(1, {{12, later}});
+  const auto device = [](Scalar t) { return pressed(t, 2); };
+  const auto felt_planned = planned.run(500, device);
+  bool is_added = false;
+  const auto felt_added = added.run(500, device, [&](const TickRecord&) {
+    if (added.model->steps() != 10 || std::exchange(is_added, true)) return;
+    EXPECT_EQ(added.model->add_cut(middle), 0u);
+  });
+  for (const PressedSlab* slab : {&planned, &added}) {
+    ASSERT_EQ(slab->model->cut_reports().size(), 2u);
+    for (const CutReport& report : slab->model->cut_reports()) {
+      EXPECT_EQ(report.status, CutStatus::Cut);
+    }
+  }
+  EXPECT_EQ(felt_planned.tool, felt_added.tool);
+  EXPECT_EQ(felt_planned.last, felt_added.last);
 }
 
 // Two balls press into the slab, mirror images of each other: the model answers both alike, and

@@ -98,6 +98,37 @@ struct TissueFeed {
   std::function<void(const TissueMesh& mesh)> given_mesh = {};
 };
 
+/// Carries the shapes of a feed into a session whose loop is your own: run_session() makes one for
+/// each feed. One thread calls offer(), which asks the model; the loop calls tell() after each tick.
+class TissueFeeder {
+ public:
+  /// While no tick runs. Of a feed with a `shape`, that makes its first one.
+  /// @param session Must outlive the feeder. Nothing else may give that obstacle snapshots.
+  /// @throws InvalidArgument if the obstacle does not deform, the period is not finite and > 0, or
+  ///         the feed has neither `shape` nor `model`.
+  TissueFeeder(HapticSession& session, const TissueFeed& feed);
+  ~TissueFeeder();
+  TissueFeeder(TissueFeeder&&) noexcept;
+  TissueFeeder& operator=(TissueFeeder&&) noexcept;
+
+  std::size_t obstacle() const;
+
+  /// To be called again and again, some times a period. Makes the next snapshot or mesh as soon as
+  /// it may be made, and gives it as soon as the session takes it.
+  /// @return Whether one was given. What the model throws comes out; the next call asks it again.
+  bool offer();
+
+  /// What a tick was like, for a model. Never waits: news that the model is just reading come with
+  /// the next tick's.
+  /// @param devices, ticks One for each tool.
+  /// @throws InvalidArgument if their numbers differ from that of the tools.
+  void tell(std::span<const DevicePose> devices, Scalar dt, std::span<const HapticTick> ticks);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 /// A tool's part of a tick.
 struct ToolRecord {
   DevicePose device;
@@ -148,8 +179,8 @@ struct RunnerReport {
 /// @param device Called before every tick with its number, in the calling thread.
 /// @param tissue Called in the tissue's thread.
 /// @param sink   Called for every tick, in order, in the logger's thread; may be empty.
-/// @throws InvalidArgument if the period is not finite and > 0 or a feed's obstacle does not
-///         deform; what the functions throw ends the run.
+/// @throws InvalidArgument if the period is not finite and > 0, as TissueFeeder, or if two feeds
+///         are of one obstacle; what the functions throw ends the run.
 RunnerReport run_session(HapticSession& session,
                          const std::function<DevicePose(std::int64_t tick)>& device,
                          const std::vector<TissueFeed>& tissue,
@@ -163,5 +194,18 @@ RunnerReport run_session(
     const std::function<void(std::int64_t tick, std::span<DevicePose> devices)>& devices,
     const std::vector<TissueFeed>& tissue, const std::function<void(const TickRecord&)>& sink,
     const RunnerOptions& options, const std::stop_token& stop = {});
+
+/// The same with feeders of the session that the caller keeps: the next run goes on where this one
+/// ends, and a model keeps its place.
+RunnerReport run_session(
+    HapticSession& session,
+    const std::function<void(std::int64_t tick, std::span<DevicePose> devices)>& devices,
+    std::vector<TissueFeeder>& tissue, const std::function<void(const TickRecord&)>& sink,
+    const RunnerOptions& options, const std::stop_token& stop = {});
+
+/// Feeders for run_session().
+/// @throws InvalidArgument as TissueFeeder, or if two feeds are of one obstacle.
+std::vector<TissueFeeder> make_feeders(HapticSession& session,
+                                       const std::vector<TissueFeed>& tissue);
 
 }  // namespace dyop

@@ -96,7 +96,7 @@ struct SessionState;
 /// Every committed motion is proven by time_of_impact() or a distance bound, for every part of the
 /// tool against every tissue and hard region, rotation and deformation included
 /// (docs/haptics.md). One thread calls update(); snapshots of a deforming obstacle may
-/// come from another one.
+/// come from others, which take turns: update() never waits for them.
 ///
 /// Several tools (HapticScene::more_tools) move at once, proven against each other as well. Tools
 /// are numbered from 0, the scene's first one; what takes a number throws InvalidArgument if there
@@ -171,7 +171,7 @@ class HapticSession {
   std::size_t obstacle_count() const;
 
   /// Gives a deforming obstacle the vertices that it shall reach `duration` after those given
-  /// before; they move on straight lines. May be called from one other thread. Without a next
+  /// before; they move on straight lines. May be called from any thread. Without a next
   /// snapshot, tissue stands still.
   /// @return False if the obstacle has not yet started on the last snapshot; then nothing happens.
   /// @throws InvalidArgument if the obstacle does not deform, the number of vertices differs, one
@@ -180,8 +180,8 @@ class HapticSession {
   bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
   /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot. It takes
-  /// over, at rest, in the tick that reaches the last snapshot; snapshots given later move it. Call
-  /// it from the same thread as give_snapshot(); the hierarchy is built there.
+  /// over, at rest, in the tick that reaches the last snapshot; snapshots given later move it. May
+  /// be called from any thread; the hierarchy is built there.
   ///
   /// The session forgets the old mesh and proves the new one apart from the tool where both stand.
   /// If it cannot, the tool leaves it: HapticStatus::Recovering, Overlapping.
@@ -193,8 +193,8 @@ class HapticSession {
 
   /// As give_snapshot(), but the obstacle sets out from where it is, not from the end of its last
   /// motion: that goes on for `lead`, then the vertices are the goal. In place of a snapshot that
-  /// was given before and not yet started on. From the same thread; a lead that is shorter than
-  /// this call, some 5 ms for 50,000 triangles, lets tissue stand until it is through.
+  /// was given before and not yet started on. From any thread; a lead that is shorter than this
+  /// call, some 5 ms for 50,000 triangles, lets tissue stand until it is through.
   /// @return False if a tick is just about to start on an earlier snapshot, a cut waits, or no tick
   ///         has taken notice yet: then nothing has changed, and the call may be repeated.
   /// @throws InvalidArgument as give_snapshot(), if lead is not finite and >= 0, or for a
@@ -204,8 +204,8 @@ class HapticSession {
 
   /// Finds the contacts that the tool would have in a pose with a deforming obstacle where a tick
   /// has told it to be: with places, velocities and gaps, without forces (ContactState::Open). Of
-  /// parts that cross the obstacle it finds none where they cross. From the thread that gives
-  /// snapshots; uses the boxes that give_snapshot() has fitted.
+  /// parts that cross the obstacle it finds none where they cross. From any thread; uses the boxes
+  /// that give_snapshot() has fitted.
   /// @param contacts Replaced, the nearest first.
   /// @return False if the mesh of that progress is no longer there, as newer ones were given.
   /// @throws InvalidArgument if the obstacle does not deform or an option is out of its range.
@@ -216,7 +216,7 @@ class HapticSession {
   /// Current vertices of a deforming obstacle.
   /// @throws InvalidArgument if the obstacle does not deform.
   std::vector<Vector3> tissue_vertices(std::size_t obstacle) const;
-  /// The number of snapshots and meshes that the obstacle has started on.
+  /// The number of snapshots and meshes that the obstacle has started on. From any thread.
   std::int64_t snapshots_taken(std::size_t obstacle) const;
 
  private:

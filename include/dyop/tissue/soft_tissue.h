@@ -63,6 +63,9 @@ struct TissueBalance {
 struct TissueKerf {
   RigidPose X_WK;                          ///< pose of the box in world, its middle as origin
   Vector3 half_extents = Vector3::Zero();  ///< length, finite, > 0
+
+  /// @throws InvalidArgument if an extent is not finite and > 0.
+  void require_valid() const;
 };
 
 /// What came of a cut.
@@ -178,8 +181,8 @@ struct JointReport {
 ///        whether it bears a force now or not (HapticSession::find_contacts()); those without a
 ///        `surface` are left alone. Out: `state` and `force_W` on the tool, the mean of the step.
 /// @param forces Others that act on the tissue.
-/// @throws InvalidArgument if a triangle or hinge is out of range, a number is not finite or
-///         negative where that is not allowed.
+/// @throws InvalidArgument if a triangle or hinge is out of range, a spring has no stiffness, a
+///         number is not finite or negative where that is not allowed.
 JointReport step_jointly(SoftTissue& tissue, const JointTool& tool,
                          std::vector<ToolContactPoint>& contacts,
                          std::span<const SurfaceForce> forces = {});
@@ -214,7 +217,16 @@ struct ModelledObstacle {
   Scalar friction = 0;
   std::vector<ModelledTool> more_tools = {};
   std::vector<ModelledCut> cuts = {};  ///< in order of time
+
+  /// @throws InvalidArgument if cuts are not in order of time, a kerf is not valid, a spring has no
+  ///         stiffness, or a number is out of its range.
+  void require_valid() const;
 };
+
+/// That of an obstacle of a scene with these options; without cuts.
+/// @throws InvalidArgument if there is no such obstacle.
+ModelledObstacle modelled_obstacle(const HapticScene& scene, const HapticOptions& options,
+                                   std::size_t obstacle);
 
 /// A SoftTissue as an obstacle of run_session() (TissueFeed::model): each snapshot is a joint step
 /// with the session's tools.
@@ -224,7 +236,7 @@ struct ModelledObstacle {
 /// otherwise than expected, the next steps make up for the difference.
 class SoftTissueModel final : public TissueModel {
  public:
-  /// @throws InvalidArgument if cuts are not in order of time.
+  /// @throws InvalidArgument as ModelledObstacle::require_valid().
   SoftTissueModel(SoftTissue tissue, const ModelledObstacle& obstacle);
 
   ContactSearch search() const override;
@@ -232,12 +244,19 @@ class SoftTissueModel final : public TissueModel {
   std::optional<TissueMesh> cut(const TissueNews& news) override;
   void step(const TissueNews& news, std::span<Vector3> vertices) override;
 
+  /// A further cut, in place of the next snapshot. From the thread that calls step().
+  /// @return The number that it will have in cut_reports(), from 0.
+  /// @throws InvalidArgument if the kerf is not valid.
+  std::size_t add_cut(const TissueKerf& kerf);
+  std::int64_t steps() const { return steps_; }  ///< made so far
+
   const SoftTissue& tissue() const { return tissue_; }
   const std::vector<CutReport>& cut_reports() const { return cut_reports_; }  ///< of those made
   /// The impulse on a tool whose opposite the tissue has taken in the time that is over, and what
   /// is still to be made up for.
-  const Vector3& given_impulse_W(std::size_t tool = 0) const { return tools_[tool].given; }
-  const Vector3& owed_impulse_W(std::size_t tool = 0) const { return tools_[tool].owed; }
+  /// @throws InvalidArgument if there is no such tool.
+  const Vector3& given_impulse_W(std::size_t tool = 0) const { return account(tool).given; }
+  const Vector3& owed_impulse_W(std::size_t tool = 0) const { return account(tool).owed; }
 
  private:
   struct Sight {
@@ -259,6 +278,7 @@ class SoftTissueModel final : public TissueModel {
     Vector3 owed = Vector3::Zero();
   };
 
+  const Account& account(std::size_t tool) const;
   ToolPose expected_device(const ToolNews& news, Scalar fraction, Account& account) const;
   void begin_step(const ToolNews& news, Scalar fraction, JointTool& tool, Account& account) const;
   void repay(Account& account, std::vector<SurfaceForce>& forces) const;

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstring>
 #include <exception>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -44,153 +43,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Carries the news of ticks to a model in another thread. The loop never waits: while the model
-// reads, news are kept for the next tick.
-class NewsBox {
- public:
-  explicit NewsBox(std::size_t tools) : tools_(tools), waiting_(tools, Vector3::Zero()) {}
-
-  // For the loop, after each tick.
-  void post(std::size_t obstacle, const TickRecord& record, Scalar period) {
-    const ObstacleProgress& now = record.tick.progress[obstacle];
-    const std::int64_t mesh = mesh_.load(std::memory_order_acquire);
-    const bool is_cut = before_.snapshot < mesh && mesh <= now.snapshot;  // which is no motion
-    const std::int64_t begun = now.snapshot - before_.snapshot - (is_cut ? 1 : 0);
-    const Scalar moved = now.fraction - before_.fraction + Scalar(begun);
-    before_ = now;
-    if (record.dt > 0) {
-      const Scalar part = std::clamp(moved * period / record.dt, Scalar{0}, Scalar{1});
-      add_impulses(obstacle, part, record.tick, waiting_[0]);
-      for (std::size_t k = 0; k < record.others.size(); ++k) {
-        add_impulses(obstacle, part, record.others[k].tick, waiting_[k + 1]);
-      }
-    }
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock) return;
-    give(record.device, record.tick, 0);
-    for (std::size_t k = 0; k < record.others.size(); ++k) {
-      give(record.others[k].device, record.others[k].tick, k + 1);
-    }
-  }
-
-  // For the model: the number of its newest mesh, before it is given.
-  void tell_mesh(std::int64_t number) { mesh_.store(number, std::memory_order_release); }
-
-  // For the model.
-  void take(TissueNews& news) {
-    const std::lock_guard lock(mutex_);
-    news.tools = tools_;
-    for (ToolNews& tool : tools_) tool.impulse_W.setZero();
-  }
-
- private:
-  static void add_impulses(std::size_t obstacle, Scalar part, const HapticTick& tick,
-                           Vector3& sum) {
-    for (const ToolImpulse& impulse : tick.impulses) {
-      if (impulse.obstacle == obstacle) sum += part * impulse.impulse_W;
-    }
-  }
-
-  void give(const DevicePose& device, const HapticTick& tick, std::size_t number) {
-    ToolNews& news = tools_[number];
-    news.device = device;
-    news.tick = tick;
-    news.impulse_W += waiting_[number];
-    waiting_[number].setZero();
-  }
-
-  std::mutex mutex_;
-  std::vector<ToolNews> tools_;
-  std::atomic<std::int64_t> mesh_{-1};
-  ObstacleProgress before_;
-  std::vector<Vector3> waiting_;  // impulses
-};
-
-// A feed and the snapshot or mesh it has prepared.
-class Feeder {
- public:
-  Feeder(HapticSession& session, const TissueFeed& feed)
-      : session_(session),
-        feed_(feed),
-        vertices_(session.tissue_vertices(feed.obstacle)),
-        box_(std::make_unique<NewsBox>(session.tool_count())) {
-    if (!feed.model) prepare();
-  }
-
-  void offer() {
-    if (feed_.model && !ask()) return;
-    const std::size_t obstacle = feed_.obstacle;
-    const bool is_taken = mesh_ ? session_.give_mesh(obstacle, mesh_->vertices, mesh_->triangles)
-                                : session_.give_snapshot(obstacle, vertices_, feed_.period);
-    if (!is_taken) return;
-    ++number_;
-    if (feed_.model) {
-      mesh_.reset();
-      is_ready_ = false;
-    } else {
-      prepare();
-    }
-  }
-
-  // For the loop.
-  void tell(const TickRecord& record) {
-    if (feed_.model) box_->post(feed_.obstacle, record, feed_.period);
-  }
-
- private:
-  // Whether the model's snapshot is ready to be given.
-  bool ask() {
-    if (is_ready_) return true;
-    if (session_.snapshots_taken(feed_.obstacle) + 1 < number_) return false;
-    box_->take(news_);
-    news_.number = number_;
-    news_.contacts.clear();
-    if (news_.tools[0].tick.status != HapticStatus::NotRun) {
-      news_.progress = news_.tools[0].tick.progress[feed_.obstacle];
-      for (std::size_t k = 0; k < news_.tools.size(); ++k) {
-        find_contacts(k, news_.tools[k].tick.tool);
-      }
-    }
-    mesh_ = feed_.model->cut(news_);
-    if (mesh_) {
-      vertices_ = mesh_->vertices;
-      box_->tell_mesh(number_);
-      if (feed_.given_mesh) feed_.given_mesh(*mesh_);
-    } else {
-      feed_.model->step(news_, vertices_);
-      if (feed_.given) feed_.given(vertices_);
-    }
-    is_ready_ = true;
-    return true;
-  }
-
-  void find_contacts(std::size_t tool, const ToolPose& pose) {
-    session_.find_contacts(feed_.obstacle, news_.progress, pose, feed_.model->search(), found_,
-                           tool);
-    news_.contacts.insert(news_.contacts.end(), found_.begin(), found_.end());
-    found_.clear();
-  }
-
-  void prepare() {
-    mesh_ = feed_.cut ? feed_.cut(number_) : std::nullopt;
-    if (mesh_) {
-      vertices_ = mesh_->vertices;
-    } else {
-      feed_.shape(number_, vertices_);
-    }
-  }
-
-  HapticSession& session_;
-  const TissueFeed& feed_;
-  std::vector<Vector3> vertices_;
-  std::optional<TissueMesh> mesh_;
-  std::int64_t number_ = 1;
-  bool is_ready_ = false;
-  TissueNews news_;
-  std::vector<ToolContactPoint> found_;
-  std::unique_ptr<NewsBox> box_;  // two threads
-};
-
 // A thread that works until stopped, and keeps the exception that its work throws.
 class Worker {
  public:
@@ -226,7 +78,7 @@ using DeviceSource = std::function<void(std::int64_t tick, std::span<DevicePose>
 
 struct Loop {
   HapticSession& session;
-  std::vector<Feeder>& feeders;
+  std::vector<TissueFeeder>& feeders;
   const DeviceSource& source;
   const RunnerOptions& options;
   RunnerReport& report;
@@ -240,7 +92,7 @@ struct Loop {
     haptics_internal::put_record(number, devices, options.period, ticks, record);
     report.latency.add(record.tick.latency);
     ++report.ticks;
-    for (Feeder& feeder : feeders) feeder.tell(record);
+    for (TissueFeeder& feeder : feeders) feeder.tell(devices, options.period, ticks);
   }
 };
 
@@ -248,7 +100,7 @@ void run_unpaced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
                  const std::stop_token& stop) {
   TickRecord record;
   for (std::int64_t k = 0; k < loop.options.ticks && !stop.stop_requested(); ++k) {
-    for (Feeder& feeder : loop.feeders) feeder.offer();
+    for (TissueFeeder& feeder : loop.feeders) feeder.offer();
     loop.tick(k, record);
     if (sink) sink(record);
   }
@@ -258,7 +110,7 @@ void run_paced(Loop& loop, const std::function<void(const TickRecord&)>& sink,
                const std::stop_token& stop) {
   haptics_internal::RecordRing ring(haptics_internal::kWaitingTicks);
   Worker tissue([&] {
-    for (Feeder& feeder : loop.feeders) feeder.offer();
+    for (TissueFeeder& feeder : loop.feeders) feeder.offer();
   });
   Worker logger([&] {
     for (; const TickRecord* record = ring.front(); ring.pop()) {
@@ -319,10 +171,16 @@ RunnerReport run_session(HapticSession& session, const DeviceSource& devices,
                          const std::vector<TissueFeed>& tissue,
                          const std::function<void(const TickRecord&)>& sink,
                          const RunnerOptions& options, const std::stop_token& stop) {
+  std::vector<TissueFeeder> feeders = make_feeders(session, tissue);
+  return run_session(session, devices, feeders, sink, options, stop);
+}
+
+RunnerReport run_session(HapticSession& session, const DeviceSource& devices,
+                         std::vector<TissueFeeder>& feeders,
+                         const std::function<void(const TickRecord&)>& sink,
+                         const RunnerOptions& options, const std::stop_token& stop) {
   DYOP_REQUIRE(options.period > 0 && options.period < kInfinity,
                "run_session: period must be finite and > 0, not ", options.period);
-  std::vector<Feeder> feeders;
-  for (const TissueFeed& feed : tissue) feeders.emplace_back(session, feed);
   RunnerReport report;
   Loop loop{session, feeders, devices, options, report};
   if (options.is_paced) {

@@ -218,11 +218,8 @@ TissueFeed read_elastic(const JsonNode& node, const HapticRun& run) {
     options.fixed.emplace_back(item.at("min").vector3(), item.at("max").vector3());
   }
   const ToolObstacle& obstacle = run.scene.obstacles.back();
-  ModelledObstacle modelled{run.options.coupling, run.scene.hinges,
-                            obstacle.margin + run.options.rest_offset, obstacle.friction};
-  for (const HapticTool& tool : run.scene.more_tools) {
-    modelled.more_tools.push_back({tool.coupling.value_or(run.options.coupling), tool.hinges});
-  }
+  ModelledObstacle modelled =
+      modelled_obstacle(run.scene, run.options, run.scene.obstacles.size() - 1);
   if (node.has("cuts")) modelled.cuts = read_kerfs(node.at("cuts"), options.period);
   TissueFeed feed;
   feed.obstacle = run.scene.obstacles.size() - 1;

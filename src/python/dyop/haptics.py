@@ -2,13 +2,16 @@
 """The haptic loop: a tool that follows a device along proven motions only.
 
 A loop of one's own calls HapticSession.update(); a HapticRunner runs it in a thread that never
-waits for the interpreter. See docs/haptics.md.
+waits for the interpreter. A SoftTissueModel, or a TissueModel of yours, answers the tool. See
+docs/haptics.md.
 """
 
 from ._dyop import (
     ContactSearch as ContactSearch,
     ContactState as ContactState,
     CouplingOptions as CouplingOptions,
+    CutReport as CutReport,
+    CutStatus as CutStatus,
     DeviceMapping as DeviceMapping,
     DeviceMappingOptions as DeviceMappingOptions,
     DevicePose as DevicePose,
@@ -19,19 +22,37 @@ from ._dyop import (
     HapticStatus as HapticStatus,
     HapticTick as HapticTick,
     HapticTool as HapticTool,
+    JointReport as JointReport,
+    JointTool as JointTool,
     LatencyHistogram as LatencyHistogram,
+    ModelledCut as ModelledCut,
+    ModelledObstacle as ModelledObstacle,
+    ModelledTool as ModelledTool,
     ObstacleProgress as ObstacleProgress,
     ObstacleRole as ObstacleRole,
     RunnerOptions as RunnerOptions,
     RunnerReport as RunnerReport,
+    SoftTissue as SoftTissue,
+    SoftTissueModel as SoftTissueModel,
+    SoftTissueOptions as SoftTissueOptions,
+    SurfaceForce as SurfaceForce,
     SurfacePoint as SurfacePoint,
     TickCutoff as TickCutoff,
     TickRecord as TickRecord,
     TickStatistics as TickStatistics,
+    TissueBalance as TissueBalance,
+    TissueFeed as TissueFeed,
+    TissueFeeder as TissueFeeder,
+    TissueKerf as TissueKerf,
+    TissueMaterial as TissueMaterial,
+    TissueMesh as TissueMesh,
+    TissueModel as TissueModel,
+    TissueNews as TissueNews,
     ToolClearance as ToolClearance,
     ToolContactPoint as ToolContactPoint,
     ToolHinge as ToolHinge,
     ToolImpulse as ToolImpulse,
+    ToolNews as ToolNews,
     ToolObstacle as ToolObstacle,
     ToolPart as ToolPart,
     ToolPoint as ToolPoint,
@@ -41,5 +62,8 @@ from ._dyop import (
     ToolWaypoint as ToolWaypoint,
     ToolWrench as ToolWrench,
     coupling_compliance as coupling_compliance,
+    modelled_obstacle as modelled_obstacle,
+    prepare_joint_steps as prepare_joint_steps,
+    step_jointly as step_jointly,
     tool_jacobian as tool_jacobian,
 )

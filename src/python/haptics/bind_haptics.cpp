@@ -3,6 +3,7 @@
 #include <chrono>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -18,9 +19,53 @@
 #include "python/bindings.h"
 #include "python/glue/arguments.h"
 #include "python/glue/record.h"
+#include "python/haptics/mesh_fields.h"
+#include "python/haptics/python_session.h"
+#include "python/haptics/python_tissue.h"
 #include "python/query/queries.h"
 
 namespace dyop::python {
+namespace {
+
+// Numbers of any three or four, as a device sends them: unchecked.
+template <typename Vector>
+Vector numbers_of(py::handle source, const char* what) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(source);
+  constexpr py::ssize_t kCount = Vector::SizeAtCompileTime;
+  if (!array || array.size() != kCount) {
+    PyErr_Clear();
+    throw InvalidArgument(std::string(what) + " must be " + std::to_string(kCount) + " numbers");
+  }
+  return Eigen::Map<const Vector>(array.data());
+}
+
+}  // namespace
+
+// A pair (quaternion, position) may hold anything; other poses are checked.
+DevicePose device_of(py::handle pose, const std::vector<Scalar>& angles) {
+  DevicePose device;
+  if (py::isinstance<DevicePose>(pose)) {
+    device = pose.cast<DevicePose>();
+  } else if (py::isinstance<py::tuple>(pose) && py::len(pose) == 2) {
+    const auto pair = py::reinterpret_borrow<py::tuple>(pose);
+    const auto q = numbers_of<Eigen::Vector4d>(pair[0], "the quaternion of a pose");
+    device.q_WD = Quaternion(q[0], q[1], q[2], q[3]);
+    device.p_WD = numbers_of<Vector3>(pair[1], "the position of a pose");
+  } else {
+    device = DevicePose(pose_of(pose));
+  }
+  DYOP_REQUIRE(angles.size() <= kMostHinges, "a tool has at most ", kMostHinges, " hinges, not ",
+               angles.size());
+  std::copy(angles.begin(), angles.end(), device.angles.begin());
+  return device;
+}
+
+std::vector<DevicePose> devices_of(const py::iterable& poses) {
+  std::vector<DevicePose> devices;
+  for (const py::handle pose : poses) devices.push_back(device_of(pose, {}));
+  return devices;
+}
+
 namespace {
 
 Scalar seconds(std::chrono::nanoseconds duration) {
@@ -28,47 +73,6 @@ Scalar seconds(std::chrono::nanoseconds duration) {
 }
 
 // --- a session and what runs it -----------------------------------------------------------------
-
-// One thread updates a session and one gives tissue. Updates hold the interpreter's lock unless a
-// runner makes them; giving does not hold it.
-class PythonSession {
- public:
-  PythonSession(const HapticScene& scene, const HapticOptions& options) : session_(scene, options) {
-    for (const HapticTool& tool : scene.tools()) {
-      DevicePose& device = start_.emplace_back(tool.X_WT);
-      device.angles = tool.start().angles;
-    }
-  }
-
-  /// For what a runner must not be disturbed in.
-  HapticSession& own() {
-    DYOP_REQUIRE(!is_running_, "the session is run by a HapticRunner; stop that first");
-    return session_;
-  }
-  /// Devices where the tools start.
-  const std::vector<DevicePose>& start() const { return start_; }
-
-  /// Calls give(session) without the interpreter's lock, one thread at a time.
-  template <typename Give>
-  auto give(const Give& give) {
-    const py::gil_scoped_release unlocked;
-    const std::lock_guard<std::mutex> one(giving_);
-    return give(session_);
-  }
-
-  HapticSession& start_running() {
-    own();
-    is_running_ = true;
-    return session_;
-  }
-  void end_running() { is_running_ = false; }
-
- private:
-  HapticSession session_;
-  std::vector<DevicePose> start_;
-  std::mutex giving_;
-  std::atomic<bool> is_running_{false};
-};
 
 #ifdef DYOP_HAS_RECORDING
 
@@ -108,49 +112,12 @@ class PythonRecording {
 
 #endif
 
-// Numbers of any three or four, as a device sends them: unchecked.
-template <typename Vector>
-Vector numbers_of(py::handle source, const char* what) {
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(source);
-  constexpr py::ssize_t kCount = Vector::SizeAtCompileTime;
-  if (!array || array.size() != kCount) {
-    PyErr_Clear();
-    throw InvalidArgument(std::string(what) + " must be " + std::to_string(kCount) + " numbers");
-  }
-  return Eigen::Map<const Vector>(array.data());
-}
-
-// A pair (quaternion, position) may hold anything; other poses are checked.
-DevicePose device_of(py::handle pose, const std::vector<Scalar>& angles) {
-  DevicePose device;
-  if (py::isinstance<DevicePose>(pose)) {
-    device = pose.cast<DevicePose>();
-  } else if (py::isinstance<py::tuple>(pose) && py::len(pose) == 2) {
-    const auto pair = py::reinterpret_borrow<py::tuple>(pose);
-    const auto q = numbers_of<Eigen::Vector4d>(pair[0], "the quaternion of a pose");
-    device.q_WD = Quaternion(q[0], q[1], q[2], q[3]);
-    device.p_WD = numbers_of<Vector3>(pair[1], "the position of a pose");
-  } else {
-    device = DevicePose(pose_of(pose));
-  }
-  DYOP_REQUIRE(angles.size() <= kMostHinges, "a tool has at most ", kMostHinges, " hinges, not ",
-               angles.size());
-  std::copy(angles.begin(), angles.end(), device.angles.begin());
-  return device;
-}
-
-std::vector<DevicePose> devices_of(const py::iterable& poses) {
-  std::vector<DevicePose> devices;
-  for (const py::handle pose : poses) devices.push_back(device_of(pose, {}));
-  return devices;
-}
-
 // Runs a session in a thread of C++: its devices are the poses that Python has set last.
 class PythonRunner {
  public:
   PythonRunner(std::shared_ptr<PythonSession> session, const RunnerOptions& options,
-               std::size_t keep)
-      : session_(std::move(session)), options_(options), keep_(keep) {
+               std::size_t keep, const std::vector<TissueFeed>& tissue)
+      : session_(std::move(session)), options_(options), keep_(keep), tissue_(tissue) {
     devices_ = session_->start();
     if (options_.ticks <= 0) options_.ticks = std::numeric_limits<std::int64_t>::max();
   }
@@ -160,10 +127,14 @@ class PythonRunner {
 
   void start() {
     DYOP_REQUIRE(!thread_.joinable(), "the runner has been started already");
+    // They stay for the next run, so that models keep their place.
+    if (feeders_.size() != tissue_.size()) feeders_ = make_feeders(session_->own(), tissue_);
     HapticSession& session = session_->start_running();
     is_running_ = true;
     thread_ = std::jthread([this, &session](const std::stop_token& stop) { run(session, stop); });
   }
+  /// True in the first call.
+  bool marks_first_start() { return !std::exchange(was_started_, true); }
   void set_device(const DevicePose& device, std::size_t index) {
     DYOP_REQUIRE(index < devices_.size(), "there is no tool ", index, " of ", devices_.size());
     const std::lock_guard<std::mutex> one(mutex_);
@@ -177,7 +148,16 @@ class PythonRunner {
     return ticks;
   }
   bool is_running() const { return is_running_; }
+  /// Ends the thread. Shapes and models that Python defines need the interpreter's lock until then.
+  void join() {
+    if (!thread_.joinable()) return;
+    const py::gil_scoped_release unlocked;
+    thread_.request_stop();
+    thread_.join();
+  }
   RunnerReport stop() {
+    DYOP_REQUIRE(!TissueCall::is_running(),
+                 "a model of tissue cannot wait for a HapticRunner to stop; raise an exception");
     join();
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     return report_;
@@ -192,7 +172,7 @@ class PythonRunner {
             const std::lock_guard<std::mutex> one(mutex_);
             std::copy(devices_.begin(), devices_.end(), devices.begin());
           },
-          {},
+          feeders_,
           [this](const TickRecord& record) {
             const std::lock_guard<std::mutex> one(mutex_);
             if (ticks_.size() >= keep_) ticks_.pop_front();
@@ -205,22 +185,18 @@ class PythonRunner {
     session_->end_running();
     is_running_ = false;
   }
-  // Shapes that Python defines need the interpreter's lock in the last tick.
-  void join() {
-    if (!thread_.joinable()) return;
-    const py::gil_scoped_release unlocked;
-    thread_.request_stop();
-    thread_.join();
-  }
 
   std::shared_ptr<PythonSession> session_;
   RunnerOptions options_;
   std::size_t keep_;
+  std::vector<TissueFeed> tissue_;
+  std::vector<TissueFeeder> feeders_;
   std::mutex mutex_;  // of the devices and the ticks
   std::vector<DevicePose> devices_;
   std::deque<TickRecord> ticks_;
   RunnerReport report_;
   std::exception_ptr failure_;
+  bool was_started_ = false;
   std::atomic<bool> is_running_{false};
   std::jthread thread_;
 };
@@ -254,32 +230,6 @@ Field deadline_field() {
           }};
 }
 
-Field vertices_field() {
-  return {"vertices",
-          [](const void* r, py::handle) {
-            const auto& rows = static_cast<const ToolObstacle*>(r)->vertices;
-            return py::object(py::array_t<double>({py::ssize_t(rows.size()), py::ssize_t{3}},
-                                                  rows.empty() ? nullptr : rows.data()->data()));
-          },
-          [](void* r, py::handle value) {
-            static_cast<ToolObstacle*>(r)->vertices =
-                points_of(value, "vertices", CopyRule::IfNeeded);
-          }};
-}
-
-Field triangles_field() {
-  return {
-      "triangles",
-      [](const void* r, py::handle) {
-        const auto& rows = static_cast<const ToolObstacle*>(r)->triangles;
-        return py::object(py::array_t<std::int32_t>({py::ssize_t(rows.size()), py::ssize_t{3}},
-                                                    rows.empty() ? nullptr : rows.data()->data()));
-      },
-      [](void* r, py::handle value) {
-        static_cast<ToolObstacle*>(r)->triangles = triangles_of(value, CopyRule::IfNeeded);
-      }};
-}
-
 void bind_scene(py::module_& m) {
   py::enum_<ObstacleRole>(m, "ObstacleRole", "How the tool treats an obstacle.")
       .value("Tissue", ObstacleRole::Tissue, "Touched, with friction; the hand feels it.")
@@ -301,8 +251,8 @@ void bind_scene(py::module_& m) {
       .option<&ToolObstacle::role>("role", "ObstacleRole: how the tool treats it")
       .option<&ToolObstacle::shape>("shape", "Optional[Shape]: rigid; or vertices and triangles")
       .option<&ToolObstacle::X_WO>("X_WO", "RigidPose: pose of the shape")
-      .custom(vertices_field(), "numpy.ndarray: (N, 3) at the start, world; a copy")
-      .custom(triangles_field(), "numpy.ndarray: (M, 3) int32; a copy")
+      .custom(vertices_field<ToolObstacle>(), "numpy.ndarray: (N, 3) at the start, world; a copy")
+      .custom(triangles_field<ToolObstacle>(), "numpy.ndarray: (M, 3) int32; a copy")
       .option<&ToolObstacle::margin>("margin", "float: distance that is kept, length, >= 0")
       .option<&ToolObstacle::friction>("friction", "float: Coulomb's, >= 0; Tissue only")
       .option<&ToolObstacle::soft_stiffness>("soft_stiffness",
@@ -695,9 +645,7 @@ void bind_session(py::module_& m) {
       .def(
           "tissue_vertices",
           [](PythonSession& self, std::size_t obstacle) {
-            const auto vertices = self.own().tissue_vertices(obstacle);
-            return py::array_t<double>({py::ssize_t(vertices.size()), py::ssize_t{3}},
-                                       vertices.data()->data());
+            return copy_of(self.own().tissue_vertices(obstacle));
           },
           py::arg("obstacle"), "Where a deforming obstacle is now: (N, 3), a copy.")
       .def(
@@ -738,6 +686,17 @@ void bind_report(py::module_& m) {
       .def_readonly("tick", &ToolRecord::tick, "HapticTick: its result");
 }
 
+// A thread that waits for the interpreter's lock while the interpreter ends would be killed.
+void start_runner(const py::object& self) {
+  const auto runner = self.cast<std::shared_ptr<PythonRunner>>();
+  runner->start();
+  if (!runner->marks_first_start()) return;
+  py::module_::import("weakref").attr("finalize")(
+      self, py::cpp_function([weak = std::weak_ptr<PythonRunner>(runner)] {
+        if (const auto left = weak.lock()) left->join();
+      }));
+}
+
 void bind_runner(py::module_& m) {
   using O = RunnerOptions;
   Record<O>(m, "RunnerOptions", "Options of a HapticRunner.")
@@ -748,17 +707,22 @@ void bind_runner(py::module_& m) {
       .option<&O::wants_real_time>("wants_real_time", "bool: asks for real-time priority")
       .finish();
   bind_report(m);
-  py::class_<PythonRunner>(m, "HapticRunner",
-                           "Runs a session at a fixed rate in a thread of its own, which never "
-                           "waits for the interpreter.")
-      .def(py::init([](const std::shared_ptr<PythonSession>& session, const O* options,
-                       std::size_t keep) {
-             return std::make_unique<PythonRunner>(session, options != nullptr ? *options : O(),
-                                                   keep);
-           }),
-           py::arg("session").none(false), py::arg("options") = py::none(), py::arg("keep") = 4096,
-           "keep: so many ticks wait to be read, the newest.")
-      .def("start", &PythonRunner::start, "Starts the thread.")
+  py::class_<PythonRunner, std::shared_ptr<PythonRunner>>(
+      m, "HapticRunner",
+      "Runs a session at a fixed rate in a thread of its own, which never waits for the\n"
+      "interpreter; tissue in another one. Not paced by the clock, one thread does both.")
+      .def(
+          py::init([](const std::shared_ptr<PythonSession>& session, const O* options,
+                      std::size_t keep, const std::vector<TissueFeed>& tissue) {
+            return std::make_shared<PythonRunner>(session, options != nullptr ? *options : O(),
+                                                  keep, tissue);
+          }),
+          py::arg("session").none(false), py::arg("options") = py::none(), py::arg("keep") = 4096,
+          py::arg("tissue") = std::vector<TissueFeed>(),
+          "keep: so many ticks wait to be read, the newest. tissue: at most one TissueFeed for an\n"
+          "obstacle, which then is given nothing else. They stay from one start to the next.")
+      .def("start", &start_runner,
+           "Starts the thread; InvalidArgument if a feed does not fit the session.")
       .def(
           "set_device",
           [](PythonRunner& self, const py::object& pose, const std::vector<Scalar>& angles,
@@ -768,11 +732,13 @@ void bind_runner(py::module_& m) {
       .def("read_ticks", &PythonRunner::read_ticks,
            "The ticks since the last call, at most as many as are kept.")
       .def_property_readonly("is_running", &PythonRunner::is_running, "bool: not yet ended")
-      .def("stop", &PythonRunner::stop, "Ends the run and tells how it went.")
+      .def("stop", &PythonRunner::stop,
+           "Ends the run and tells how it went, or raises what a model or a shape of yours has\n"
+           "raised, which has ended it.")
       .def(
           "__enter__",
           [](const py::object& self) {
-            self.cast<PythonRunner&>().start();
+            start_runner(self);
             return self;
           },
           "Starts.")
@@ -848,6 +814,7 @@ void bind_haptics(py::module_& m) {
   bind_options(m);
   bind_tick(m);
   bind_session(m);
+  bind_tissue(m);
   bind_mapping(m);
   bind_runner(m);
   bind_coupling(m);
