@@ -190,8 +190,10 @@ TEST(TissueFeeder, BeginsWhereTheSessionIs) {
     feeder.tell(devices, 1e-3, std::span(&tick, 1));
   }
   EXPECT_NEAR(given, 10, 1);
-  ASSERT_EQ(counter->numbers.size(), std::size_t(given));
-  EXPECT_EQ(counter->numbers.back(), given);
+  // The last one may wait for the session to take it.
+  const auto asked = std::int64_t(counter->numbers.size());
+  ASSERT_TRUE(asked == given || asked == given + 1) << asked << ' ' << given;
+  EXPECT_EQ(counter->numbers.back(), asked);
   for (std::size_t k = 2; k < counter->snapshots.size(); ++k) {
     EXPECT_EQ(counter->snapshots[k] - counter->snapshots[k - 1], 1);
   }
