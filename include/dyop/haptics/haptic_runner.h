@@ -99,7 +99,7 @@ struct TissueFeed {
 };
 
 /// Carries the shapes of a feed into a session whose loop is your own: run_session() makes one for
-/// each feed. One thread calls offer(), which asks the model; the loop calls tell() after each tick.
+/// each feed. One thread calls offer(), which asks the model; the loop calls tell() after a tick.
 class TissueFeeder {
  public:
   /// While no tick runs. Of a feed with a `shape`, that makes its first one.

@@ -16,7 +16,7 @@ class TissueCall {
   TissueCall(const TissueCall&) = delete;
   TissueCall& operator=(const TissueCall&) = delete;
 
-  /// Whether this thread is in such a call: it cannot wait for a runner to end, as that may wait for
+  /// Whether this thread is in such a call: it cannot wait for a runner to end, which may wait for
   /// the call.
   static bool is_running() { return depth() > 0; }
 
