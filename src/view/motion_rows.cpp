@@ -428,13 +428,14 @@ void add_pair(const PairRecord& pair, const TimeInterval& frame, PageSpan& span)
   if (pair.gap_upper >= pair.gap_lower) gap.upper = pair.gap_upper;
   gap.is_resting = is_resting;
   gap.proof = pair.proof;
-  gap.pivot_W = pair.pivot_W;
   const auto nearest = std::ranges::min_element(
       pair.contacts, {}, [](const PairContact& contact) { return contact.point.gap; });
   if (nearest != pair.contacts.end()) {
     gap.witness_W = {nearest->point.p_WCa, nearest->point.p_WCb};
   } else if (!(gap.upper <= kTightGap * gap.lower)) {
     gap.upper = kInfinity;  // a bound, but no measure of the gap
+  } else {
+    gap.pivot_W = pair.pivot_W;  // where the gap is, as there are no witness points
   }
   span.gaps.push_back(gap);
   for (const PairContact& contact : pair.contacts) {

@@ -5,8 +5,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
+#include <span>
 #include <thread>
+#include <unordered_map>
 #include <utility>
 
 #include "dyop/core/error.h"
@@ -26,6 +27,17 @@ namespace dyop {
 namespace {
 
 using PairName = std::pair<std::uint32_t, std::uint32_t>;
+
+struct PairHash {
+  std::size_t operator()(const PairName& pair) const {
+    constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;  // spreads the slots over all bits
+    return std::size_t((std::uint64_t{pair.first} << 32 | pair.second) * kOdd >> 16);
+  }
+};
+
+// Without an order: a large run has millions of rows of pairs.
+template <typename Value>
+using PairMap = std::unordered_map<PairName, Value, PairHash>;
 
 // Blocks are small enough to be shown one by one while a page loads; the first is smaller still.
 constexpr std::size_t kSegmentsOfBlock = 20000;
@@ -214,8 +226,8 @@ class TouchFinder {
     Scalar end = 0;
     bool is_resting = false;
   };
-  std::map<PairName, Scalar> hits_;
-  std::map<PairName, Last> last_;
+  PairMap<Scalar> hits_;
+  PairMap<Last> last_;
 };
 
 // Reads a recording frame by frame and divides it into blocks. Of a large run, motions, gaps and
@@ -277,18 +289,20 @@ class RecordedPage {
       add_frame(k);
       if (k == 0) outlines_.add(frame.begin, first_poses());
       if (k % every == 0 || k + 1 == count) outlines_.add(frame.end, poses_at(frame.end));
-      PageSpan chunk = take_chunk();
+      const std::size_t first_gap = chunk_.gaps.size();
+      const std::size_t first_contact = chunk_.contacts.size();
+      append(chunk_, take_chunk());
       append(whole, std::exchange(span_, {}));
-      append(chunk_, std::move(chunk));
       if (chunk_.segments.size() + chunk_.contacts.size() < rows_of_chunk_ && k + 1 < count) {
         continue;
       }
-      blocks.add(
-          [this, time = TimeInterval{begin, frame.end}, chunk_span = std::exchange(chunk_, {})] {
-            return encoder_.chunk(time, chunk_span);
-          });
+      PageSpan next = carried_over(std::span(chunk_.gaps).subspan(first_gap),
+                                   std::span(chunk_.contacts).subspan(first_contact));
+      blocks.add([this, time = TimeInterval{begin, frame.end},
+                  chunk_span = std::exchange(chunk_, std::move(next))] {
+        return encoder_.chunk(time, chunk_span);
+      });
       begin = frame.end;
-      carry_over();
     }
     add_end();
     append(whole, std::exchange(span_, {}));
@@ -309,18 +323,14 @@ class RecordedPage {
     chunk.frames = span_.frames;
     chunk.segments = std::exchange(span_.segments, {});
     chunk.contacts = std::exchange(span_.contacts, {});
-    chunk.gaps = span_.gaps;
-    std::erase_if(span_.gaps, [&](const PageGap& gap) {
-      return !measured_.contains({gap.a.slot, gap.b.slot});
-    });
+    chunk.gaps = std::exchange(span_.gaps, {});
     for (const PageContact& contact : chunk.contacts) {
       const Scalar size = contact.impulse_W.norm();
       if (size > 0) impulses_.push_back(float(size));
     }
-    last_gaps_ = chunk.gaps;
-    last_contacts_ = chunk.contacts;
     for (const PageGap& gap : chunk.gaps) {
       const PairName name{gap.a.slot, gap.b.slot};
+      if (measured_.contains(name)) span_.gaps.push_back(gap);
       resting_.erase(name);
       if (gap.is_resting) resting_[name].gap = gap;
     }
@@ -331,26 +341,29 @@ class RecordedPage {
     return chunk;
   }
 
-  // A chunk begins with where bodies are, what rests, and the gaps and contacts at its begin.
-  void carry_over() {
+  // A chunk begins with where bodies are, what rests, and the gaps and contacts of the frame before.
+  PageSpan carried_over(std::span<const PageGap> gaps,
+                        std::span<const PageContact> contacts) const {
+    PageSpan chunk;
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       const Cursor& cursor = cursors_[slot];
       if (cursor.next == 0) continue;
-      chunk_.segments.push_back({BodyId(slot), cursor.interval, cursor.motion});
+      chunk.segments.push_back({BodyId(slot), cursor.interval, cursor.motion});
     }
     for (const auto& [name, pair] : resting_) {
-      chunk_.gaps.push_back(pair.gap);
-      chunk_.contacts.insert(chunk_.contacts.end(), pair.contacts.begin(), pair.contacts.end());
+      chunk.gaps.push_back(pair.gap);
+      chunk.contacts.insert(chunk.contacts.end(), pair.contacts.begin(), pair.contacts.end());
     }
-    for (const PageGap& gap : last_gaps_) {
-      if (!gap.is_resting) chunk_.gaps.push_back(gap);
+    for (const PageGap& gap : gaps) {
+      if (!gap.is_resting) chunk.gaps.push_back(gap);
     }
-    for (const PageContact& contact : last_contacts_) {
-      if (!resting_.contains({contact.a.slot, contact.b.slot})) chunk_.contacts.push_back(contact);
+    for (const PageContact& contact : contacts) {
+      if (!resting_.contains({contact.a.slot, contact.b.slot})) chunk.contacts.push_back(contact);
     }
-    std::ranges::stable_sort(chunk_.gaps, {}, [](const PageGap& gap) { return gap.t; });
-    std::ranges::stable_sort(chunk_.contacts, {},
+    std::ranges::stable_sort(chunk.gaps, {}, [](const PageGap& gap) { return gap.t; });
+    std::ranges::stable_sort(chunk.contacts, {},
                              [](const PageContact& contact) { return contact.interval.begin; });
+    return chunk;
   }
 
   Outlines::Poses first_poses() const {
@@ -374,7 +387,7 @@ class RecordedPage {
 
   // The pairs with the smallest proven gaps, and how often they are measured.
   void choose_pairs(const RecordedPageOptions& options) {
-    std::map<PairName, Scalar> least;
+    PairMap<Scalar> least;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
       for (const NearPair& pair : reader_.near_pairs(k)) {
         rows_ += std::size_t(pair.contacts);
@@ -455,27 +468,24 @@ class RecordedPage {
 
   void add_pairs(std::size_t k, const TimeInterval& frame) {
     const std::size_t first = span_.gaps.size();
-    std::set<PairName> known;
     for (const PairRecord& pair : reader_.pairs(k)) {
       view_internal::add_pair(pair, frame, span_);
       if (is_large_ && !pair.contacts.empty()) touches_.add_contact(pair, frame, span_);
-      known.insert({pair.a.slot, pair.b.slot});
     }
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
     for (auto& [name, cache] : measured_) {
       const auto a = name.first;
       const auto b = name.second;
       if (cursors_[a].motion == nullptr || cursors_[b].motion == nullptr) continue;
-      if (!known.contains(name)) {
-        PageGap gap;
-        gap.t = frame.end;
-        gap.a = BodyId(a);
-        gap.b = BodyId(b);
-        span_.gaps.push_back(gap);
-      }
-      const auto gap =
+      auto gap =
           std::find_if(span_.gaps.begin() + std::ptrdiff_t(first), span_.gaps.end(),
                        [&](const PageGap& one) { return one.a.slot == a && one.b.slot == b; });
+      if (gap == span_.gaps.end()) {
+        gap = span_.gaps.insert(gap, PageGap{});
+        gap->t = frame.end;
+        gap->a = BodyId(a);
+        gap->b = BodyId(b);
+      }
       view_internal::add_witness(
           *gap, *encoder_.scene().bodies[a].shape, cursors_[a].motion->pose(frame.end),
           *encoder_.scene().bodies[b].shape, cursors_[b].motion->pose(frame.end), cache);
@@ -512,8 +522,6 @@ class RecordedPage {
   Outlines outlines_;
   TouchFinder touches_;
   std::map<PairName, Resting> resting_;
-  std::vector<PageGap> last_gaps_;
-  std::vector<PageContact> last_contacts_;
   std::vector<float> impulses_;  // of all contacts
   PageSpan chunk_;
   std::vector<Cursor> cursors_;

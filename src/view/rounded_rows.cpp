@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "dyop/core/error.h"
 
@@ -63,13 +62,18 @@ struct ByPair {
   std::vector<std::uint32_t> a, b, count;
 
   explicit ByPair(const std::vector<Row>& rows) : order(rows.size()) {
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto name = [&](std::size_t k) { return std::pair(rows[k].a.slot, rows[k].b.slot); };
-    std::ranges::stable_sort(order, {}, name);
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      if (k == 0 || name(order[k]) != name(order[k - 1])) {
-        a.push_back(rows[order[k]].a.slot);
-        b.push_back(rows[order[k]].b.slot);
+    // Names stand beside the places: looking them up in the rows would take longer than sorting.
+    std::vector<std::pair<std::uint64_t, std::size_t>> named(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      named[k] = {std::uint64_t{rows[k].a.slot} << 32 | rows[k].b.slot, k};
+    }
+    std::ranges::sort(named);
+    for (std::size_t k = 0; k < named.size(); ++k) {
+      const auto [name, row] = named[k];
+      order[k] = row;
+      if (k == 0 || name != named[k - 1].first) {
+        a.push_back(rows[row].a.slot);
+        b.push_back(rows[row].b.slot);
         count.push_back(0);
       }
       ++count.back();

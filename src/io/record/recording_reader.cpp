@@ -234,8 +234,7 @@ std::vector<Scalar> RecordingReader::Impl::numbers_at(std::uint64_t first, std::
 }
 
 io_internal::SegmentRow RecordingReader::Impl::row(const Path& of_body, std::size_t index) {
-  return segment_rows.read(in().segments, of_body.segments[index].row, 1, known.segment_count)
-      .front();
+  return segment_rows.at(in().segments, of_body.segments[index].row, known.segment_count);
 }
 
 // A cubic made whole from what the rows before it hold.

@@ -296,19 +296,15 @@ class InputRows {
 template <typename Row>
 class BlockCache {
  public:
-  /// @param known Number of final rows: only whole blocks of them are cached.
+  /// @param known Number of final rows: only they are cached.
   std::vector<Row> read(const InputRows<Row>& rows, std::uint64_t first, std::uint64_t count,
                         std::uint64_t known) {
+    if (first > known || count > known - first) return rows.read(first, count);
     std::vector<Row> result;
     result.reserve(count);
     for (std::uint64_t next = first; next < first + count;) {
+      const std::vector<Row>& block = block_of(rows, next, known);
       const std::uint64_t start = next / kBlockRows * kBlockRows;
-      if (start + kBlockRows > known) {
-        const std::vector<Row> rest = rows.read(next, first + count - next);
-        result.insert(result.end(), rest.begin(), rest.end());
-        return result;
-      }
-      const std::vector<Row>& block = block_at(rows, start);
       const std::uint64_t end = std::min(first + count, start + kBlockRows);
       result.insert(result.end(), block.begin() + std::ptrdiff_t(next - start),
                     block.begin() + std::ptrdiff_t(end - start));
@@ -317,24 +313,36 @@ class BlockCache {
     return result;
   }
 
+  Row at(const InputRows<Row>& rows, std::uint64_t number, std::uint64_t known) {
+    if (number >= known) return rows.read(number, 1).front();
+    return block_of(rows, number, known)[number % kBlockRows];
+  }
+
  private:
   static constexpr std::uint64_t kBlockRows = 1 << 15;
   static constexpr std::size_t kMostBlocks = 1 << 10;  // 256 MB of doubles
 
-  const std::vector<Row>& block_at(const InputRows<Row>& rows, std::uint64_t start) {
-    const std::size_t number = start / kBlockRows;
+  // The last block is read again once more of its rows are known.
+  const std::vector<Row>& block_of(const InputRows<Row>& rows, std::uint64_t row,
+                                   std::uint64_t known) {
+    const std::size_t number = row / kBlockRows;
+    const std::uint64_t start = number * kBlockRows;
+    const std::uint64_t count = std::min(kBlockRows, known - start);
     if (number >= blocks_.size()) blocks_.resize(number + 1);
-    if (blocks_[number].empty()) {
-      if (loaded_.size() >= kMostBlocks) {
-        std::vector<Row>().swap(blocks_[loaded_[oldest_]]);
-        loaded_[oldest_] = number;
-        oldest_ = (oldest_ + 1) % kMostBlocks;
-      } else {
-        loaded_.push_back(number);
-      }
-      blocks_[number] = rows.read(start, kBlockRows);
-    }
+    if (blocks_[number].size() == count) return blocks_[number];
+    if (blocks_[number].empty()) make_space_for(number);
+    blocks_[number] = rows.read(start, count);
     return blocks_[number];
+  }
+
+  void make_space_for(std::size_t number) {
+    if (loaded_.size() < kMostBlocks) {
+      loaded_.push_back(number);
+      return;
+    }
+    std::vector<Row>().swap(blocks_[loaded_[oldest_]]);
+    loaded_[oldest_] = number;
+    oldest_ = (oldest_ + 1) % kMostBlocks;
   }
 
   std::vector<std::vector<Row>> blocks_;  // by number; empty: not loaded
