@@ -101,6 +101,7 @@ async function readAll(player, run, blocks) {
       continue;
     }
     (other ?? run).append(block);
+    if (block.block === 'chunk') continue;  // changes no picture until its time is looked at
     waiting ??= setTimeout(() => {
       waiting = undefined;
       player.grown();

@@ -5,6 +5,7 @@ import {edgeAttribute} from './edges.js';
 
 const kSharp = Math.cos((35 * Math.PI) / 180);
 const kManyTriangles = 20000;
+const kSameNormal = 1e-5;
 
 function faceNormals({positions, indices}) {
   const normals = new Float32Array(indices.length);
@@ -29,6 +30,28 @@ function cornersOfVertices(count, indices) {
   const next = first.slice();
   indices.forEach((vertex, corner) => (corners[next[vertex]++] = corner));
   return {first, corners};
+}
+
+// One vertex for all corners of the same place and normal: the fewer there are, the sooner a picture of
+// a thousand balls is drawn.
+function share(geometry, {cornerPositions, normals, first, corners}) {
+  const isSame = (a, b) => [0, 1, 2].every((i) => Math.abs(normals[3 * a + i] - normals[3 * b + i]) < kSameNormal);
+  const kept = [];
+  const index = new Uint32Array(corners.length);
+  for (let vertex = 0; vertex + 1 < first.length; ++vertex) {
+    const begin = kept.length;
+    for (const corner of corners.subarray(first[vertex], first[vertex + 1])) {
+      let place = begin;
+      while (place < kept.length && !isSame(kept[place], corner)) place += 1;
+      if (place === kept.length) kept.push(corner);
+      index[corner] = place;
+    }
+  }
+  const pick = (values) => Float32Array.from({length: 3 * kept.length}, (_, k) => values[3 * kept[Math.floor(k / 3)] + (k % 3)]);
+  geometry.setAttribute('position', new THREE.BufferAttribute(pick(cornerPositions), 3));
+  geometry.setAttribute('normal', new THREE.BufferAttribute(pick(normals), 3));
+  geometry.setIndex(new THREE.BufferAttribute(index, 1));
+  return geometry;
 }
 
 // Large meshes and those that deform keep one normal a vertex; the latter in a copy.
@@ -62,9 +85,11 @@ export function cornerNormals({positions, indices, deforms}) {
       normals[3 * k + i] = sum[i] / length;
     }
   }
+  const edge = edgeAttribute({positions, indices}, faces, kSharp);
+  // Corners of a triangle each have an edge attribute of their own; without it, they are shared.
+  if (!edge) return share(geometry, {cornerPositions, normals, first, corners});
   geometry.setAttribute('position', new THREE.BufferAttribute(cornerPositions, 3));
   geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
-  const edge = edgeAttribute({positions, indices}, faces, kSharp);
-  if (edge) geometry.setAttribute('edge', edge);
+  geometry.setAttribute('edge', edge);
   return geometry;
 }

@@ -296,12 +296,20 @@ export class Run {
     return found;
   }
 
-  // The gap of each near pair as last known at t.
+  // The gap of each near pair as last known at t; a picture asks for them several times.
   gapsAt(t) {
+    const store = this.#storeAt(t);
+    const known = this.gapsKnown;
+    if (known?.t === t && known.store === store && known.blocks === this.blocks) return known.found;
+    this.gapsKnown = {t, store, blocks: this.blocks, found: this.#findGaps(t, store)};
+    return this.gapsKnown.found;
+  }
+
+  #findGaps(t, store) {
     const frame = this.frames.rows[Math.max(0, this.frames.at(t))];
     const oldest = frame ? Math.min(frame.end, t) : t;
     const found = [];
-    for (const pair of this.#storeAt(t).pairs.values()) {
+    for (const pair of store.pairs.values()) {
       const gap = pair.gapAt(t);
       if (!gap) continue;
       if (gap.t >= oldest || (gap.resting && this.#rested(pair, gap.t, t))) found.push(gap);
