@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How soon a page shows its first picture, when all of it is read, and how many pictures a second it
-// draws while it plays, in headless Chromium with software rendering; and, for a loaded machine, the
-// processor time of the browser until then and for each picture.
+// How soon a page shows its first picture, when all of it is read, how long a new time takes until it is
+// drawn, how many pictures a second it draws while it plays, and its memory, in headless Chromium with
+// software rendering; and, for a loaded machine, the processor time of the browser until then and for
+// each picture. Times are in milliseconds, memory in megabytes.
 // Usage: DYOP_PAGE_MODULES=... node time_page.mjs CHROMIUM PAGE.html
 import {createRequire} from 'node:module';
 import fs from 'node:fs';
@@ -15,7 +16,7 @@ const browser = await require('puppeteer-core').launch({
   executablePath: chromium,
   headless: true,
   protocolTimeout: 600000,
-  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader'],
+  args: ['--enable-precise-memory-info', ...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader'],
 });
 // Processor time of the browser and all its children, in seconds.
 function processorTime() {
@@ -38,7 +39,15 @@ const page = await browser.newPage();
 await page.setViewport({width: 1280, height: 720});
 await page.goto(pathToFileURL(file).href, {timeout: 600000, waitUntil: 'domcontentloaded'});
 await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: 600000});
+const ready = await page.evaluate(() => performance.now());
 const processorToReady = processorTime();
+const devtools = await page.createCDPSession();
+// Of the script, with what it holds outside the heap.
+async function memory() {
+  await devtools.send('HeapProfiler.collectGarbage');
+  return (await page.evaluate(() => performance.memory.usedJSHeapSize)) / 1e6;
+}
+const memoryAtReady = await memory();
 const kDrawn = 5;
 await page.evaluate((count) => {
   const {player} = window.dyop;
@@ -51,9 +60,24 @@ await page.evaluate((count) => {
   }
 }, kDrawn);
 const processorPerPicture = (processorTime() - processorToReady) / kDrawn;
+// From a time that is asked for until it is read and drawn, all over the run.
+const scrubs = await page.evaluate(async () => {
+  const {player} = window.dyop;
+  const {begin, end} = player.run;
+  const gl = player.stage.renderer.getContext();
+  const times = [];
+  for (let k = 1; k <= 21; ++k) {
+    const from = performance.now();
+    await window.dyop.show(begin + (end - begin) * ((k * 0.618034) % 1));
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    times.push(performance.now() - from);
+    await new Promise((done) => setTimeout(done, 100));
+  }
+  return times.sort((a, b) => a - b);
+});
+const scrub = {median: scrubs[10], most: scrubs.at(-1), memory: await memory()};
 const times = await page.evaluate(async () => {
   const {player, firstPicture} = window.dyop;
-  const ready = performance.now();
   player.speed = (player.run.end - player.run.begin) / 20;
   player.seek(player.run.begin);
   player.play(true);
@@ -61,9 +85,9 @@ const times = await page.evaluate(async () => {
   const begin = performance.now();
   await new Promise((done) => setTimeout(done, 5000));
   const rate = (1000 * (player.frames - before)) / (performance.now() - begin);
-  return {firstPicture, ready, rate, drawCalls: player.stage.renderer.info.render.calls,
+  return {firstPicture, rate, drawCalls: player.stage.renderer.info.render.calls,
           triangles: player.stage.renderer.info.render.triangles};
 });
-console.log(JSON.stringify({megabytes: fs.statSync(file).size / 1e6, ...times, processorToReady, processorPerPicture}));
+console.log(JSON.stringify({megabytes: fs.statSync(file).size / 1e6, ready, ...times, memoryAtReady, scrub, processorToReady, processorPerPicture}));
 await page.screenshot({path: file.replace(/\.html$/, '.png')});
 await browser.close();
