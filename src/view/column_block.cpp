@@ -14,7 +14,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the page reads little-endian numbers");
 
 constexpr int kTightLevel = 6;
-constexpr int kQuickLevel = 4;
+constexpr int kQuickLevel = 1;
 
 std::string compressed(const std::string& bytes, int level) {
   uLongf size = compressBound(uLong(bytes.size()));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "dyop/core/error.h"
@@ -22,21 +23,30 @@ std::size_t base64_size(std::string_view bytes) {
   return (bytes.size() + 2) / 3 * 4;
 }
 
-void append_base64(std::string_view bytes, std::string& text) {
+using DigitPair = std::array<char, 2>;
+
+// The two digits of each number of 12 bits.
+constexpr std::array<DigitPair, 4096> kDigitPairs = [] {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::array<DigitPair, 4096> pairs{};
+  for (std::size_t k = 0; k < pairs.size(); ++k) pairs[k] = {kDigits[k >> 6], kDigits[k & 63]};
+  return pairs;
+}();
+
+void append_base64(std::string_view bytes, std::string& text) {
   std::size_t at = text.size();
   text.resize(at + base64_size(bytes));
-  for (std::size_t k = 0; k < bytes.size(); k += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - k);
-    std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j) {
-      group = group << 8 | (j < count ? std::uint8_t(bytes[k + j]) : 0u);
-    }
-    for (std::size_t j = 0; j < 4; ++j) {
-      text[at++] = j <= count ? kDigits[group >> (18 - 6 * j) & 63] : '=';
-    }
+  const auto byte = [&](std::size_t k) {
+    return k < bytes.size() ? std::uint32_t(std::uint8_t(bytes[k])) : 0u;
+  };
+  for (std::size_t k = 0; k < bytes.size(); k += 3, at += 4) {
+    const std::uint32_t group = byte(k) << 16 | byte(k + 1) << 8 | byte(k + 2);
+    std::ranges::copy(kDigitPairs[group >> 12], &text[at]);
+    std::ranges::copy(kDigitPairs[group & 4095], &text[at + 2]);
   }
+  const std::size_t missing = (3 - bytes.size() % 3) % 3;
+  std::fill_n(text.end() - std::ptrdiff_t(missing), missing, '=');
 }
 
 std::string escaped(std::string_view text) {
@@ -59,22 +69,26 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-std::string filled_page(std::string_view title, const std::string& data) {
+// `append_data` writes `data_size` bytes to the end of a text.
+template <typename Append>
+std::string filled_page(std::string_view title, std::size_t data_size, Append append_data) {
   DYOP_REQUIRE(has_page(),
                "this dyop was built without the page that plays recordings: it needs "
                "npm packages (bash .ci/install.sh page) when it is built");
   std::string page;
-  page.reserve(view_internal::page_bytes().size() + title.size() + data.size());
+  const std::string words = escaped(title);
+  page.reserve(view_internal::page_bytes().size() + words.size() + data_size);
   std::string_view rest = view_internal::page_bytes();
-  const auto fill = [&](std::string_view place, std::string_view text) {
+  const auto copy_until = [&](std::string_view place) {
     const std::size_t at = rest.find(place);
     if (at == std::string_view::npos) throw InternalError("the page has no " + std::string(place));
     page += rest.substr(0, at);
-    page += text;
     rest = rest.substr(at + place.size());
   };
-  fill(kTitlePlace, escaped(title));
-  fill(kDataPlace, data);
+  copy_until(kTitlePlace);
+  page += words;
+  copy_until(kDataPlace);
+  append_data(page);
   page += rest;
   return page;
 }
@@ -90,18 +104,18 @@ std::string page_html(std::string_view title, std::span<const std::string> block
   constexpr std::string_view kEnd = "</script>\n";
   std::size_t size = 0;
   for (const std::string& block : blocks) size += kBegin.size() + base64_size(block) + kEnd.size();
-  std::string data;
-  data.reserve(size);
-  for (const std::string& block : blocks) {
-    data += kBegin;
-    append_base64(block, data);
-    data += kEnd;
-  }
-  return filled_page(title, data);
+  return filled_page(title, size, [&](std::string& page) {
+    for (const std::string& block : blocks) {
+      page += kBegin;
+      append_base64(block, page);
+      page += kEnd;
+    }
+  });
 }
 
 std::string live_page_html(std::string_view title) {
-  return filled_page(title, "<script type=\"text/plain\" id=\"live\"></script>");
+  constexpr std::string_view kLive = "<script type=\"text/plain\" id=\"live\"></script>";
+  return filled_page(title, kLive.size(), [&](std::string& page) { page += kLive; });
 }
 
 }  // namespace dyop

@@ -57,7 +57,9 @@ class RoundedVectors {
 /// The times of a chunk, each once and in order; rows refer to them by number.
 class TimeTable {
  public:
-  void add(Scalar t) { times_.push_back(t); }
+  void add(Scalar t) {
+    if (times_.empty() || t != times_.back()) times_.push_back(t);  // most rows share one time
+  }
   void sort();
   /// Of a time that was added.
   std::uint32_t at(Scalar t) const;
