@@ -291,8 +291,12 @@ class RecordedPage {
       if (k % every == 0 || k + 1 == count) outlines_.add(frame.end, poses_at(frame.end));
       const std::size_t first_gap = chunk_.gaps.size();
       const std::size_t first_contact = chunk_.contacts.size();
-      append(chunk_, take_chunk());
-      append(whole, std::exchange(span_, {}));
+      move_to_chunk();
+      PageSpan rest = std::exchange(span_, {});
+      // The next frame has about as many gaps: their memory serves again.
+      span_.gaps = std::exchange(rest.gaps, std::vector<PageGap>(rest.gaps));
+      span_.gaps.clear();
+      append(whole, std::move(rest));
       if (chunk_.segments.size() + chunk_.contacts.size() < rows_of_chunk_ && k + 1 < count) {
         continue;
       }
@@ -318,33 +322,36 @@ class RecordedPage {
   }
 
   // The part of one frame of span_ that goes into a chunk; the page keeps the nearest pairs' gaps.
-  PageSpan take_chunk() {
-    PageSpan chunk;
-    chunk.frames = span_.frames;
-    chunk.segments = std::exchange(span_.segments, {});
-    chunk.contacts = std::exchange(span_.contacts, {});
-    chunk.gaps = std::exchange(span_.gaps, {});
-    for (const PageContact& contact : chunk.contacts) {
+  void move_to_chunk() {
+    PageSpan part;
+    part.frames = span_.frames;
+    part.segments = std::exchange(span_.segments, {});
+    part.contacts = std::exchange(span_.contacts, {});
+    for (const PageContact& contact : part.contacts) {
       const Scalar size = contact.impulse_W.norm();
       if (size > 0) impulses_.push_back(float(size));
     }
-    for (const PageGap& gap : chunk.gaps) {
+    for (const PageGap& gap : span_.gaps) {
       const PairName name{gap.a.slot, gap.b.slot};
-      if (measured_.contains(name)) span_.gaps.push_back(gap);
       resting_.erase(name);
       if (gap.is_resting) resting_[name].gap = gap;
     }
-    for (const PageContact& contact : chunk.contacts) {
+    for (const PageContact& contact : part.contacts) {
       const auto found = resting_.find({contact.a.slot, contact.b.slot});
       if (found != resting_.end()) found->second.contacts.push_back(contact);
     }
-    return chunk;
+    chunk_.gaps.insert(chunk_.gaps.end(), span_.gaps.begin(), span_.gaps.end());
+    std::erase_if(span_.gaps, [&](const PageGap& gap) {
+      return !measured_.contains({gap.a.slot, gap.b.slot});
+    });
+    append(chunk_, std::move(part));
   }
 
   // A chunk begins with where bodies are, what rests, and the gaps and contacts of the frame before.
   PageSpan carried_over(std::span<const PageGap> gaps,
                         std::span<const PageContact> contacts) const {
     PageSpan chunk;
+    chunk.gaps.reserve(chunk_.gaps.size() + gaps.size());
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       const Cursor& cursor = cursors_[slot];
       if (cursor.next == 0) continue;

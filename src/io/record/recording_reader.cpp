@@ -61,7 +61,7 @@ struct RecordingReader::Impl {
   io_internal::EncodedMotion encoded(const Path& of_body, std::size_t index);
   MotionSegment segment(BodyId body, std::size_t index);
   const Motion& motion(BodyId body, Scalar t);
-  std::vector<io_internal::PairRow> pair_rows(std::size_t frame);
+  std::span<const io_internal::PairRow> pair_rows(std::size_t frame);
   std::vector<PairRecord> pairs(std::size_t frame);
   std::vector<NearPair> near_pairs(std::size_t frame);
   std::vector<VelocityChange> velocity_changes();
@@ -70,6 +70,7 @@ struct RecordingReader::Impl {
   std::optional<Input> input;
   io_internal::BlockCache<Scalar> numbers;
   io_internal::BlockCache<io_internal::SegmentRow> segment_rows;
+  std::vector<io_internal::PairRow> pair_memory;  // of the frame that was asked for last
   RunHeader header;
   std::optional<Vector3> gravity;
   std::vector<RecordedShape> shapes;
@@ -309,15 +310,17 @@ const Motion& RecordingReader::Impl::motion(BodyId body, Scalar t) {
   return *of_body.last_motion;
 }
 
-std::vector<io_internal::PairRow> RecordingReader::Impl::pair_rows(std::size_t frame) {
+// Until the next call.
+std::span<const io_internal::PairRow> RecordingReader::Impl::pair_rows(std::size_t frame) {
   DYOP_REQUIRE(frame < frames.size(), "the recording has ", frames.size(), " frames, there is no ",
                frame);
   const std::uint64_t first = frame == 0 ? 0 : frame_rows[frame - 1].pair_count;
-  return in().pairs.read(first, frame_rows[frame].pair_count - first);
+  in().pairs.read(first, frame_rows[frame].pair_count - first, pair_memory);
+  return pair_memory;
 }
 
 std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
-  const std::vector<io_internal::PairRow> rows = pair_rows(frame);
+  const std::span<const io_internal::PairRow> rows = pair_rows(frame);
   std::vector<PairRecord> records;
   records.reserve(rows.size());
   for (const io_internal::PairRow& row : rows) {
@@ -343,8 +346,10 @@ std::vector<PairRecord> RecordingReader::Impl::pairs(std::size_t frame) {
 }
 
 std::vector<NearPair> RecordingReader::Impl::near_pairs(std::size_t frame) {
+  const std::span<const io_internal::PairRow> rows = pair_rows(frame);
   std::vector<NearPair> found;
-  for (const io_internal::PairRow& row : pair_rows(frame)) {
+  found.reserve(rows.size());
+  for (const io_internal::PairRow& row : rows) {
     const PairRecord record = io_internal::pair_from(row, {});
     found.push_back(
         {record.a, record.b, record.gap_lower, static_cast<std::int64_t>(row.contact_count)});

@@ -282,10 +282,15 @@ class InputRows {
   /// Throws unless these rows exist.
   void require(std::uint64_t first, std::uint64_t count) const { dataset_.require(first, count); }
   std::vector<Row> read(std::uint64_t first, std::uint64_t count) const {
-    dataset_.require(first, count);
-    std::vector<Row> rows(count);
-    dataset_.read(first, count, rows.data());
+    std::vector<Row> rows;
+    read(first, count, rows);
     return rows;
+  }
+  /// The same in memory that was used before.
+  void read(std::uint64_t first, std::uint64_t count, std::vector<Row>& rows) const {
+    dataset_.require(first, count);
+    rows.resize(count);
+    dataset_.read(first, count, rows.data());
   }
 
  private:
