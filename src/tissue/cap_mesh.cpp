@@ -50,10 +50,14 @@ class Bridges {
 
   // Nothing if a hole lies in no ring.
   std::optional<std::vector<Ring>> join() {
+    std::vector<Ring> turned_over;
     for (std::size_t k = 0; k < holes_.size(); ++k) {
       Ring* around = ring_around(holes_[k]);
-      if (around == nullptr || !join(k, *around)) return std::nullopt;
+      if (around != nullptr && join(k, *around)) continue;
+      if (!region_.is_crumpled) return std::nullopt;
+      if (around == nullptr) turned_over.push_back(holes_[k]);
     }
+    rings_.insert(rings_.end(), turned_over.begin(), turned_over.end());
     return rings_;
   }
 
@@ -123,7 +127,8 @@ class Bridges {
                         [&](const Ring& other) { return crosses(other, from, to); });
   }
 
-  // From the hole's rightmost point to the nearest one of the ring that it sees.
+  // From the hole's rightmost point to the nearest one of the ring that it sees; where it sees none
+  // and the region is crumpled, to the nearest one.
   bool join(std::size_t hole, Ring& ring) {
     Ring inner = holes_[hole];
     std::rotate(inner.begin(),
@@ -135,14 +140,15 @@ class Bridges {
       places.emplace_back((at(ring[k]) - at(inner[0])).squaredNorm(), k);
     }
     std::sort(places.begin(), places.end());
-    for (const auto& [distance, place] : places) {
-      if (!is_free(inner[0], ring[place], ring, hole)) continue;
-      inner.push_back(inner[0]);
-      inner.push_back(ring[place]);
-      ring.insert(ring.begin() + std::ptrdiff_t(place) + 1, inner.begin(), inner.end());
-      return true;
-    }
-    return false;
+    auto best = std::find_if(places.begin(), places.end(), [&](const auto& place) {
+      return is_free(inner[0], ring[place.second], ring, hole);
+    });
+    if (best == places.end() && region_.is_crumpled) best = places.begin();
+    if (best == places.end()) return false;
+    inner.push_back(inner[0]);
+    inner.push_back(ring[best->second]);
+    ring.insert(ring.begin() + std::ptrdiff_t(best->second) + 1, inner.begin(), inner.end());
+    return true;
   }
 
   const PlaneRegion& region_;

@@ -15,6 +15,8 @@ namespace dyop::tissue_internal {
 struct PlaneRegion {
   std::vector<Eigen::Vector2d> points;
   std::vector<std::vector<std::int32_t>> loops;
+  /// It may be crumpled: loops may cross each other, and a hole in no loop bounds what is turned over.
+  bool is_crumpled = false;
 };
 
 /// Triangulates a region by ear clipping [Meisters1975], improved by flips until it is Delaunay's
@@ -23,7 +25,8 @@ struct PlaneRegion {
 /// @param region  Out: with the added points at the end.
 /// @param spacing Of the added points; 0: none.
 /// @return Counterclockwise triangles. Where a loop crosses itself they lie over each other, some of
-///         them perhaps clockwise. Nothing if a hole lies in no loop or crosses the one around it.
+///         them perhaps clockwise. Nothing if a hole lies in no loop or crosses the one around it,
+///         unless the region is crumpled.
 std::optional<std::vector<TriangleIndices>> triangulate(PlaneRegion& region, Scalar spacing);
 
 }  // namespace dyop::tissue_internal

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -23,6 +24,7 @@ constexpr Scalar kGrowth = 1e-9;    // literal: far above that, far below what a
 constexpr int kMostGrowths = 20;
 constexpr int kMostCrossings = 3;  // tries with a wall that does not close; a growth may help
 constexpr std::size_t kMostPieces = 1000;  // of a kerf's edge
+constexpr Scalar kPerSpacing = 0.005;      // of a stretch's length, against cubes that it misses
 
 // Planes are numbered 2 axis + (1 for the upper one).
 constexpr int kPlanes = 6;
@@ -179,11 +181,71 @@ class Divider {
   std::unordered_map<std::uint64_t, std::int32_t> split_;
 };
 
+// An end of a stretch of a kerf's edge inside the body.
+struct RimEnd {
+  std::int32_t point = 0;
+  bool is_end = false;  // the body ends there
+  std::optional<Host> host;
+};
+
+// Pairs stretches' starts with their ends where the body lies over itself.
+class RimPairs {
+ public:
+  RimPairs(const Points& points, const RigidPose& X_WK, const BodySheets& sheets, Scalar spacing)
+      : points_(points), X_WK_(X_WK), sheets_(sheets), spacing_(spacing) {}
+
+  // In place: an end to each start, so that one comes to it when going from the start, or back. The
+  // nearest one of several.
+  void sort(int axis, const std::vector<RimEnd>& starts, std::vector<RimEnd>& ends) const {
+    struct Way {
+      Scalar miss;
+      std::size_t start, end;
+    };
+    std::vector<Way> ways;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      for (std::size_t k = 0; k < ends.size(); ++k) {
+        const Scalar length = points_[ends[k].point][axis] - points_[starts[i].point][axis];
+        const Scalar cost = length < 0 ? kInfinity : miss(starts[i], ends[k]);
+        ways.push_back({cost + kPerSpacing * length / spacing_, i, k});
+      }
+    }
+    std::stable_sort(ways.begin(), ways.end(),
+                     [](const Way& a, const Way& b) { return a.miss < b.miss; });
+    std::vector<std::optional<RimEnd>> end_of(starts.size());
+    std::vector<bool> is_taken(ends.size());
+    for (const Way& way : ways) {
+      if (end_of[way.start] || is_taken[way.end]) continue;
+      end_of[way.start] = ends[way.end];
+      is_taken[way.end] = true;
+    }
+    for (std::size_t i = 0; i < starts.size(); ++i) ends[i] = *end_of[i];
+  }
+
+ private:
+  Scalar miss(const RimEnd& start, const RimEnd& end) const {
+    if (!start.host || !end.host) return kInfinity;
+    const Vector3 a_W = X_WK_ * points_[start.point], b_W = X_WK_ * points_[end.point];
+    return std::min(sheets_.miss(*start.host, a_W, *end.host, b_W),
+                    sheets_.miss(*end.host, b_W, *start.host, a_W));
+  }
+
+  const Points& points_;
+  const RigidPose& X_WK_;
+  const BodySheets& sheets_;
+  const Scalar spacing_;
+};
+
 // The six walls of a kerf inside one part of the body.
 class Caps {
  public:
-  Caps(Points& points, const Extents& extents, std::int32_t part, Scalar spacing)
-      : points_(points), extents_(extents), part_(part), spacing_(spacing) {}
+  Caps(Points& points, const Extents& extents, std::int32_t part, Scalar spacing,
+       const RigidPose& X_WK, const BodySheets* sheets)
+      : points_(points),
+        extents_(extents),
+        part_(part),
+        spacing_(spacing),
+        X_WK_(X_WK),
+        sheets_(sheets) {}
 
   // The walls' edges on the surface, and where the surface crosses edges of the kerf.
   void add(const Piece& gone) {
@@ -303,31 +365,68 @@ class Caps {
   }
 
   // One for each time that the corner is covered: the three edges share them.
-  const std::vector<std::int32_t>& corner_points(std::size_t number) {
-    std::vector<std::int32_t>& points = corner_points_[number];
+  const std::vector<RimEnd>& corner_points(std::size_t number) {
+    std::vector<RimEnd>& points = corner_points_[number];
+    const auto times = std::size_t(std::max(0, *covered_[number]));
+    if (points.size() == times) return points;
     unsigned planes = 0;
     for (int axis = 0; axis < 3; ++axis) planes |= 1U << (2 * axis + int(number >> axis & 1));
-    while (int(points.size()) < *covered_[number]) {
-      points.push_back(points_.add(corner(number), planes, part_, -1));
+    std::vector<Host> hosts;
+    if (sheets_ != nullptr && times > 1) hosts = sheets_->inside(part_, X_WK_ * corner(number));
+    for (std::size_t k = 0; k < times; ++k) {
+      points.push_back({points_.add(corner(number), planes, part_, -1), false, {}});
+      if (k < hosts.size()) points.back().host = hosts[k];
     }
     return points;
   }
 
   // The parts of an edge inside the body bound both of its walls, in opposite directions.
   void add_rim(Edge& edge) {
-    // Where covers overlap, the one that begins first ends first.
-    std::vector<std::int32_t> starts = corner_points(edge.corners[0]), ends;
-    for (const auto& [point, is_end] : edge.crossings) (is_end ? ends : starts).push_back(point);
-    const std::vector<std::int32_t>& last = corner_points(edge.corners[1]);
-    ends.insert(ends.end(), last.begin(), last.end());
+    std::vector<RimEnd> ends = corner_points(edge.corners[0]);
+    for (const auto& [point, is_end] : edge.crossings) ends.push_back({point, is_end, {}});
+    for (RimEnd end : corner_points(edge.corners[1])) {
+      end.is_end = true;
+      ends.push_back(end);
+    }
+    // From one place outside the body to the next.
+    std::size_t first = 0;
+    int times = 0;
+    for (std::size_t k = 0; k < ends.size(); ++k) {
+      times += ends[k].is_end ? -1 : 1;
+      if (times > 0) continue;
+      add_stretches(edge, std::span(ends).subspan(first, k + 1 - first));
+      first = k + 1;
+    }
+  }
+
+  void add_stretches(const Edge& edge, std::span<const RimEnd> all) {
+    std::vector<RimEnd> starts, ends;
+    for (const RimEnd& one : all) (one.is_end ? ends : starts).push_back(one);
+    if (starts.size() > 1 && sheets_ != nullptr) {
+      for (RimEnd& start : starts) find_host(start);
+      for (RimEnd& end : ends) find_host(end);
+      RimPairs(points_, X_WK_, *sheets_, spacing_).sort(edge.axis, starts, ends);
+    }
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      add_stretch(edge, starts[k].point, ends[k].point);
+    }
+  }
+
+  void find_host(RimEnd& end) const {
+    const std::int32_t source = points_.sources[std::size_t(end.point)];
+    if (source >= 0) end.host = sheets_->on_surface(source, X_WK_ * points_[end.point]);
+    if (source >= 0 || end.host) return;
+    const std::vector<Host> hosts = sheets_->inside(part_, X_WK_ * points_[end.point]);
+    if (!hosts.empty()) end.host = hosts[0];
+  }
+
+  void add_stretch(const Edge& edge, std::int32_t from, std::int32_t to) {
     const bool is_alike = sign_of(edge.first) == sign_of(edge.second);
-    for (std::size_t k = 0; k < std::min(starts.size(), ends.size()); ++k) {
-      const std::vector<std::int32_t> points =
-          divided(starts[k], ends[k], 1U << edge.first | 1U << edge.second);
-      for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-        lead(is_alike ? edge.second : edge.first, points[i], points[i + 1]);
-        lead(is_alike ? edge.first : edge.second, points[i + 1], points[i]);
-      }
+    const std::vector<std::int32_t> points =
+        divided(from, to, 1U << edge.first | 1U << edge.second);
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      lead(is_alike ? edge.second : edge.first, points[i], points[i + 1]);
+      lead(is_alike ? edge.first : edge.second, points[i + 1], points[i]);
     }
   }
 
@@ -370,6 +469,7 @@ class Caps {
     int u = (axis_of(plane) + 1) % 3, v = (axis_of(plane) + 2) % 3;
     if (sign_of(plane) > 0) std::swap(u, v);
     PlaneRegion region;
+    region.is_crumpled = sheets_ != nullptr;
     std::vector<std::int32_t> points;
     for (std::vector<std::int32_t>& loop : *loops) {
       for (std::int32_t& point : loop) {
@@ -398,18 +498,21 @@ class Caps {
   const Extents& extents_;
   const std::int32_t part_;
   const Scalar spacing_;
+  const RigidPose& X_WK_;
+  const BodySheets* const sheets_;
   bool is_clear_ = true;
   std::array<Edge, 12> edges_ = all_edges();
   std::array<Next, kPlanes> next_;             // of each wall's outline
   std::array<std::optional<int>, 8> covered_;  // times, of each corner
-  std::array<std::vector<std::int32_t>, 8> corner_points_;
+  std::array<std::vector<RimEnd>, 8> corner_points_;
 };
 
 // One try with a kerf of a certain size.
 class KerfRun {
  public:
-  KerfRun(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing, int growths)
-      : surface_(surface), kerf_(kerf), spacing_(spacing) {
+  KerfRun(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing,
+          const BodySheets* sheets, int growths)
+      : surface_(surface), kerf_(kerf), spacing_(spacing), sheets_(sheets) {
     const RigidPose X_KW = kerf.X_WK.inverse();
     Scalar size = kerf.half_extents.maxCoeff();
     for (std::size_t k = 0; k < surface.vertices_W.size(); ++k) {
@@ -499,7 +602,8 @@ class KerfRun {
   bool add_caps(const std::vector<Piece>& gone) {
     std::map<std::int32_t, Caps> caps;
     for (const std::int32_t part : surface_.part_of_vertex) {
-      if (!caps.contains(part)) caps.try_emplace(part, points_, extents_, part, spacing_);
+      if (caps.contains(part)) continue;
+      caps.try_emplace(part, points_, extents_, part, spacing_, kerf_.X_WK, sheets_);
     }
     for (const Piece& piece : gone) {
       caps.at(points_.parts[std::size_t(piece.corners[0])]).add(piece);
@@ -541,6 +645,7 @@ class KerfRun {
   const SurfaceParts& surface_;
   const TissueKerf& kerf_;
   const Scalar spacing_;
+  const BodySheets* const sheets_;
   Points points_;
   Extents extents_{};
   Scalar noise_ = 0;
@@ -550,10 +655,11 @@ class KerfRun {
 
 }  // namespace
 
-KerfSurface take_kerf(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing) {
+KerfSurface take_kerf(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing,
+                      const BodySheets* sheets) {
   int crossings = 0;
   for (int growths = 0; growths <= kMostGrowths && crossings < kMostCrossings; ++growths) {
-    KerfRun run(surface, kerf, spacing, growths);
+    KerfRun run(surface, kerf, spacing, sheets, growths);
     auto result = run.run();
     if (result) return std::move(*result);
     crossings += run.is_degenerate() ? 0 : 1;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "dyop/tissue/soft_tissue.h"
+#include "tissue/tissue_lattice.h"
 
 namespace dyop::tissue_internal {
 
@@ -14,6 +16,20 @@ struct SurfaceParts {
   std::span<const Vector3> vertices_W;
   std::span<const TriangleIndices> triangles;
   std::span<const std::int32_t> part_of_vertex;
+};
+
+/// Tells places of a body apart that lie over each other.
+class BodySheets {
+ public:
+  virtual ~BodySheets() = default;
+  /// Where a point of a triangle is in the body.
+  virtual std::optional<Host> on_surface(std::int32_t triangle, const Vector3& p_W) const = 0;
+  /// All places of a part at a point, those that are surely inside first.
+  virtual std::vector<Host> inside(std::int32_t part, const Vector3& p_W) const = 0;
+  /// How far from `to` one comes when going straight from `from`, through the body; infinite: one
+  /// does not arrive.
+  virtual Scalar miss(const Host& from, const Vector3& from_W, const Host& to,
+                      const Vector3& to_W) const = 0;
 };
 
 /// A surface out of which a kerf was taken.
@@ -33,6 +49,8 @@ struct KerfSurface {
 ///
 /// What lies in a plane of the kerf to rounding is decided by a kerf that is larger by some 1e-9.
 /// @param spacing Largest distance of the caps' points, > 0.
-KerfSurface take_kerf(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing);
+/// @param sheets  Asked where the body lies over itself; none: what begins first ends first.
+KerfSurface take_kerf(const SurfaceParts& surface, const TissueKerf& kerf, Scalar spacing,
+                      const BodySheets* sheets = nullptr);
 
 }  // namespace dyop::tissue_internal

@@ -28,6 +28,12 @@ constexpr Scalar kFar = 2;        // cubes: the distance of what is not seen
 constexpr Scalar kAway = 1e-3;
 constexpr Scalar kOutsideCost = kFar / kAway;
 constexpr Scalar kMostOutside = 0.5;
+// Where a line is followed, in cubes: the strides, what it costs that a place is outside of its cube,
+// and how far apart two places are one.
+constexpr Scalar kStride = 0.2;
+constexpr int kMostStrides = 10'000;
+constexpr Scalar kLeavingCost = 10;
+constexpr Scalar kSamePlace = 0.25;
 constexpr Scalar kCounts = 1e-6;  // literal: a weight that is more than rounding
 // A part of a smaller volume is no body but what a blade takes along. Of a cube's.
 constexpr Scalar kCrumb = 0.02;
@@ -59,6 +65,11 @@ const std::vector<SampleLink>& links_of(std::size_t sample) {
   return links[sample];
 }
 
+// How far a place is from the unit cube.
+Scalar outside_by(const Vector3& place) {
+  return (place - place.cwiseMax(0).cwiseMin(1)).norm();
+}
+
 }  // namespace
 
 LatticeCut::LatticeCut(const TissueLattice& lattice, const NodeVectors& x, const TissueKerf& kerf)
@@ -66,12 +77,16 @@ LatticeCut::LatticeCut(const TissueLattice& lattice, const NodeVectors& x, const
       x_(x),
       X_KW_(kerf.X_WK.inverse()),
       half_extents_(kerf.half_extents),
+      cubes_at_(lattice.nodes().size()),
       number_(lattice.cubes().size(), -1),
       shapes_(lattice.cubes().size()) {
   const AlignedBox reach(-half_extents_, half_extents_);
   for (std::size_t cube = 0; cube < number_.size(); ++cube) {
     AlignedBox box;
-    for (const std::int32_t node : lattice.cubes()[cube]) box.extend(X_KW_ * Vector3(x.col(node)));
+    for (const std::int32_t node : lattice.cubes()[cube]) {
+      box.extend(X_KW_ * Vector3(x.col(node)));
+      cubes_at_[std::size_t(node)].push_back(std::int32_t(cube));
+    }
     const Vector3 beside = kBeside * box.sizes();
     boxes_.emplace_back(box.min() - beside, box.max() + beside);
     if (!boxes_.back().intersects(reach)) continue;
@@ -165,12 +180,13 @@ std::optional<Host> LatticeCut::host_of(const NewPoint& point) const {
   std::optional<Host> best;
   Scalar least = kInfinity;
   for (std::int32_t cube = 0; std::size_t(cube) < boxes_.size(); ++cube) {
-    if (!boxes_[std::size_t(cube)].contains(p_K)) continue;
-    if (lattice_.part_of_cube(std::size_t(cube)) != point.part) continue;
+    if (!may_hold(cube, p_K, point.part)) continue;
     const std::optional<Vector3> place = place_in(cube, p_K), beside = place_in(cube, beside_K);
     if (!place || !beside) continue;
-    const Vector3 inside = beside->cwiseMax(0).cwiseMin(1);
-    Scalar cost = kOutsideCost * (*beside - inside).norm() + distance_to_seen(cube, *place, p_K);
+    // A point of the surface may lie beside its cube already: a triangle is flat, a cube is not.
+    const Scalar outside = outside_by(*place);
+    Scalar cost = kOutsideCost * std::max(Scalar{0}, outside_by(*beside) - outside) +
+                  kLeavingCost * outside + distance_to_seen(cube, *place, p_K);
     const Host host{cube, *place};
     if (point.rest) cost += (lattice_.rest_place(host) - *point.rest).norm() / lattice_.edge();
     for (const std::int32_t beside_it : point.cubes_beside) {
@@ -184,6 +200,97 @@ std::optional<Host> LatticeCut::host_of(const NewPoint& point) const {
   return best;
 }
 
+// Those that have a node in common with a cube, and itself.
+std::set<std::int32_t> LatticeCut::cubes_around(std::int32_t cube) const {
+  std::set<std::int32_t> around;
+  for (const std::int32_t node : lattice_.cubes()[std::size_t(cube)]) {
+    around.insert(cubes_at_[std::size_t(node)].begin(), cubes_at_[std::size_t(node)].end());
+  }
+  return around;
+}
+
+bool LatticeCut::may_hold(std::int32_t cube, const Vector3& p_K, std::int32_t part) const {
+  return boxes_[std::size_t(cube)].contains(p_K) &&
+         lattice_.part_of_cube(std::size_t(cube)) == part;
+}
+
+Scalar LatticeCut::distance_to_material(std::int32_t cube, const Vector3& place) const {
+  Scalar nearest_sq = kFar * kFar;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    if (!domain(cube)[k]) continue;
+    nearest_sq = std::min(nearest_sq, (sample_place(k) - place).squaredNorm());
+  }
+  return std::sqrt(nearest_sq);
+}
+
+Scalar LatticeCut::distance(const Host& a, const Host& b) const {
+  const Scalar at_rest = (lattice_.rest_place(a) - lattice_.rest_place(b)).norm();
+  return at_rest / lattice_.edge() + (are_apart(a.cube, b.cube) ? kFar : 0);
+}
+
+std::optional<Host> LatticeCut::follow(const Host& from, const Vector3& from_W, const Vector3& to_W,
+                                       std::vector<std::int32_t>& way) const {
+  const Vector3 from_K = X_KW_ * from_W, to_K = X_KW_ * to_W;
+  const Scalar wanted = (to_K - from_K).norm() / (kStride * lattice_.edge());
+  const int strides = int(std::clamp(std::ceil(wanted), Scalar{1}, Scalar(kMostStrides)));
+  std::optional<Host> at = from;
+  way.push_back(from.cube);
+  for (int k = 1; k <= strides && at; ++k) {
+    at = next_place(*at, from_K + Scalar(k) / strides * (to_K - from_K), way);
+    if (at && at->cube != way.back()) way.push_back(at->cube);
+  }
+  return at;
+}
+
+// After a short stride, which does not lead into another cube where one has been on the way.
+std::optional<Host> LatticeCut::next_place(const Host& from, const Vector3& p_K,
+                                           std::span<const std::int32_t> way) const {
+  const auto is_other_side = [&](std::int32_t cube) {
+    const Cell& cell = lattice_.cube_cell(std::size_t(cube));
+    return std::any_of(way.begin(), way.end(), [&](std::int32_t one) {
+      return one != cube && lattice_.cube_cell(std::size_t(one)) == cell;
+    });
+  };
+  std::optional<Host> best;
+  Scalar least = kInfinity;
+  for (const std::int32_t cube : cubes_around(from.cube)) {
+    if (!boxes_[std::size_t(cube)].contains(p_K) || is_other_side(cube)) continue;
+    const std::optional<Vector3> place = place_in(cube, p_K);
+    if (!place) continue;
+    const Host host{cube, *place};
+    const Scalar outside = outside_by(*place);
+    const Scalar cost =
+        kLeavingCost * outside + distance_to_material(cube, *place) +
+        (lattice_.rest_place(host) - lattice_.rest_place(from)).norm() / lattice_.edge();
+    if (outside > kMostOutside || cost >= least) continue;
+    least = cost;
+    best = host;
+  }
+  return best;
+}
+
+std::vector<Host> LatticeCut::places_at(const Vector3& p_W, std::int32_t part) const {
+  const Vector3 p_K = X_KW_ * p_W;
+  std::vector<std::pair<Scalar, Host>> found;
+  for (const std::int32_t cube : near_) {
+    if (!may_hold(cube, p_K, part)) continue;
+    const std::optional<Vector3> place = place_in(cube, p_K);
+    if (!place) continue;
+    const Scalar cost = kLeavingCost * outside_by(*place) + distance_to_material(cube, *place);
+    found.emplace_back(cost, Host{cube, *place});
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<Host> places;
+  for (const auto& one : found) {
+    const bool is_known = std::any_of(places.begin(), places.end(), [&](const Host& place) {
+      return distance(place, one.second) < kSamePlace;
+    });
+    if (!is_known) places.push_back(one.second);
+  }
+  return places;
+}
+
 std::optional<Host> LatticeCut::host_among(std::span<const std::int32_t> cubes,
                                            const Vector3& p_W) const {
   std::optional<Host> best;
@@ -191,7 +298,7 @@ std::optional<Host> LatticeCut::host_among(std::span<const std::int32_t> cubes,
   for (const std::int32_t cube : cubes) {
     const std::optional<Vector3> place = place_in(cube, X_KW_ * p_W);
     if (!place) continue;
-    const Scalar outside = (*place - place->cwiseMax(0).cwiseMin(1)).norm();
+    const Scalar outside = outside_by(*place);
     if (outside >= least) continue;
     least = outside;
     best = Host{cube, *place};
@@ -221,15 +328,9 @@ class LatticeDivision {
         hosts_(hosts),
         triangles_(triangles),
         items_(cut.near_.size() * kSamples + hosts.size()),
-        is_used_(hosts.size(), false),
-        cubes_at_(lattice_.nodes().size()) {
+        is_used_(hosts.size(), false) {
     for (const TriangleIndices& t : triangles) {
       for (const std::int32_t vertex : t) is_used_[std::size_t(vertex)] = true;
-    }
-    for (std::size_t cube = 0; cube < lattice_.cubes().size(); ++cube) {
-      for (const std::int32_t node : lattice_.cubes()[cube]) {
-        cubes_at_[std::size_t(node)].push_back(std::int32_t(cube));
-      }
     }
   }
 
@@ -402,7 +503,7 @@ class LatticeDivision {
 
   void join_corners() {
     corners_.emplace(8 * pieces_.cubes.size());
-    for (const std::vector<std::int32_t>& around : cubes_at_) join_whole(around);
+    for (const std::vector<std::int32_t>& around : cut_.cubes_at_) join_whole(around);
     for (const std::int32_t cube : cut_.near_) join_across(cube);
     for_each_edge([&](std::int32_t u, std::int32_t v) {
       const std::int32_t a = hosts_[std::size_t(u)].cube, b = hosts_[std::size_t(v)].cube;
@@ -465,11 +566,7 @@ class LatticeDivision {
 
   // With the cubes that have a node in common with this one.
   void join_across(std::int32_t cube) {
-    std::set<std::int32_t> others;
-    for (const std::int32_t node : lattice_.cubes()[std::size_t(cube)]) {
-      others.insert(cubes_at_[std::size_t(node)].begin(), cubes_at_[std::size_t(node)].end());
-    }
-    for (const std::int32_t other : others) {
+    for (const std::int32_t other : cut_.cubes_around(cube)) {
       const Cell way =
           lattice_.cube_cell(std::size_t(other)) - lattice_.cube_cell(std::size_t(cube));
       if (way.isZero()) continue;
@@ -605,10 +702,9 @@ class LatticeDivision {
   std::span<const TriangleIndices> triangles_;
   DisjointSets items_;
   std::vector<bool> is_used_;
-  std::vector<std::vector<std::int32_t>> cubes_at_;  // around each node
-  std::vector<std::int32_t> cube_of_;                // of each item: a piece
-  std::vector<std::int32_t> whole_;                  // of each old cube that is not near: its piece
-  std::optional<DisjointSets> corners_;              // of the pieces
+  std::vector<std::int32_t> cube_of_;    // of each item: a piece
+  std::vector<std::int32_t> whole_;      // of each old cube that is not near: its piece
+  std::optional<DisjointSets> corners_;  // of the pieces
   std::set<std::pair<std::int32_t, std::int32_t>> joined_;
   std::vector<bool> is_dropped_;  // by piece
   LatticePieces pieces_;

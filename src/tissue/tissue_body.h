@@ -12,6 +12,7 @@
 namespace dyop::tissue_internal {
 
 struct KerfSurface;
+struct NewPoint;
 class LatticeCut;
 
 /// @throws InvalidArgument if a spring has no stiffness, or a number is out of its range.
@@ -83,7 +84,8 @@ class TissueBody {
   void factorise();
   void number_surface_nodes();
   void add_response(std::vector<std::int32_t> nodes);
-  std::vector<Host> hosts_of(const KerfSurface& surface, const LatticeCut& cut) const;
+  friend class TissueSheets;
+  NewPoint point_on(std::int32_t triangle, const Vector3& p_W) const;
   bool joins_distant(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
                      const std::vector<Host>& hosts) const;
   static void move_torn(const LatticeCut& cut, std::span<const Vector3> vertices,

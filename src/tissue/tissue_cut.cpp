@@ -43,21 +43,116 @@ Vector3 TissueBody::rest_place(std::int32_t triangle, const Vector3& p_W) const 
   return rest(0) + share[0] * (rest(1) - rest(0)) + share[1] * (rest(2) - rest(0));
 }
 
-// Of all vertices, old and added; without those of the latter that have no cube.
-std::vector<Host> TissueBody::hosts_of(const KerfSurface& surface, const LatticeCut& cut) const {
-  std::vector<Host> hosts = lattice_.hosts();
-  for (std::size_t k = 0; k < surface.added_W.size(); ++k) {
-    NewPoint point{surface.added_W[k], surface.away_W[k], surface.parts[k], {}, {}};
-    if (surface.sources[k] >= 0) {
-      point.rest = rest_place(surface.sources[k], point.p_W);
-      for (const std::int32_t corner : triangles_[std::size_t(surface.sources[k])]) {
-        point.cubes_beside.push_back(lattice_.hosts()[std::size_t(corner)].cube);
+NewPoint TissueBody::point_on(std::int32_t triangle, const Vector3& p_W) const {
+  const TriangleIndices& corners = triangles_[std::size_t(triangle)];
+  NewPoint point{p_W, Vector3::Zero(), 0, rest_place(triangle, p_W), {}};
+  for (const std::int32_t corner : corners) {
+    point.cubes_beside.push_back(lattice_.hosts()[std::size_t(corner)].cube);
+  }
+  point.part = lattice_.part_of_cube(std::size_t(point.cubes_beside[0]));
+  return point;
+}
+
+class TissueSheets final : public BodySheets {
+ public:
+  TissueSheets(const TissueBody& body, const LatticeCut& cut) : body_(body), cut_(cut) {}
+
+  std::optional<Host> on_surface(std::int32_t triangle, const Vector3& p_W) const override {
+    return cut_.host_of(body_.point_on(triangle, p_W));
+  }
+  std::vector<Host> inside(std::int32_t part, const Vector3& p_W) const override {
+    return cut_.places_at(p_W, part);
+  }
+  Scalar miss(const Host& from, const Vector3& from_W, const Host& to,
+              const Vector3& to_W) const override {
+    std::vector<std::int32_t> way;
+    const std::optional<Host> end = cut_.follow(from, from_W, to_W, way);
+    return end ? cut_.distance(*end, to) : kInfinity;
+  }
+
+ private:
+  const TissueBody& body_;
+  const LatticeCut& cut_;
+};
+
+namespace {
+
+// Finds hosts of the added vertices: of those on the old surface by their triangles, then from there
+// along the caps' edges, so that a cap stays on one side where the body lies over itself.
+class AddedHosts {
+ public:
+  AddedHosts(const KerfSurface& surface, const LatticeCut& cut, std::span<const Vector3> vertices,
+             std::vector<Host> old)
+      : surface_(surface), cut_(cut), vertices_(vertices), hosts_(std::move(old)) {
+    first_ = hosts_.size();
+    hosts_.resize(vertices.size());
+    has_come_.resize(vertices.size());
+    beside_.resize(vertices.size());
+    for (const TriangleIndices& t : surface.triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::int32_t next = t[(k + 1) % 3];
+        if (!is_on_old(std::size_t(next))) beside_[std::size_t(t[k])].push_back(next);
       }
     }
-    hosts.push_back(cut.host_of(point).value_or(Host{}));
   }
-  return hosts;
-}
+
+  // @param point_on Of a triangle and a place: a point on the old surface.
+  template <typename PointOn>
+  std::vector<Host> find(const PointOn& point_on) {
+    std::vector<std::size_t> known;
+    for (std::size_t v = 0; v < hosts_.size(); ++v) {
+      if (!is_on_old(v)) continue;
+      if (v >= first_) add(v, point_on(surface_.sources[v - first_], vertices_[v]));
+      known.push_back(v);
+    }
+    spread(known);
+    for (std::size_t v = first_; v < hosts_.size(); ++v) {
+      if (has_come_[v] || is_on_old(v)) continue;
+      add(v, {});
+      spread({v});
+    }
+    return std::move(hosts_);
+  }
+
+ private:
+  bool is_on_old(std::size_t v) const { return v < first_ || surface_.sources[v - first_] >= 0; }
+
+  void add(std::size_t v, NewPoint point) {
+    point.p_W = vertices_[v];
+    point.away_W = surface_.away_W[v - first_];
+    point.part = surface_.parts[v - first_];
+    hosts_[v] = cut_.host_of(point).value_or(Host{});
+    has_come_[v] = true;
+  }
+
+  void spread(std::vector<std::size_t> known) {
+    for (std::size_t k = 0; k < known.size(); ++k) {
+      const std::size_t from = known[k];
+      if (hosts_[from].cube < 0) continue;
+      for (const std::int32_t next : beside_[from]) {
+        const auto v = std::size_t(next);
+        if (has_come_[v]) continue;
+        NewPoint point;
+        const auto host =
+            cut_.follow(hosts_[from], vertices_[from], vertices_[v], point.cubes_beside);
+        if (!host) continue;
+        point.rest = cut_.rest_place(*host);
+        add(v, std::move(point));
+        known.push_back(v);
+      }
+    }
+  }
+
+  const KerfSurface& surface_;
+  const LatticeCut& cut_;
+  std::span<const Vector3> vertices_;
+  std::vector<Host> hosts_;
+  std::size_t first_ = 0;  // of the added ones
+  std::vector<bool> has_come_;
+  std::vector<std::vector<std::int32_t>> beside_;  // inside the caps, of each vertex
+};
+
+}  // namespace
 
 // A point on the wall of an earlier cut may seem to belong to the wrong one of the cubes that are
 // there: it goes to one of its neighbours'.
@@ -104,18 +199,22 @@ CutReport TissueBody::cut(const TissueKerf& kerf) {
   for (const Host& host : lattice_.hosts()) {
     parts.push_back(host.cube < 0 ? 0 : lattice_.part_of_cube(std::size_t(host.cube)));
   }
+  const LatticeCut cut(lattice_, x_, kerf);
+  const TissueSheets sheets(*this, cut);
   const KerfSurface surface =
-      take_kerf({vertices_, triangles_, parts}, kerf, kCapSpacing * options_.cube_edge);
+      take_kerf({vertices_, triangles_, parts}, kerf, kCapSpacing * options_.cube_edge, &sheets);
   report.status = surface.status;
   if (surface.status != CutStatus::Cut) return report;
-  const LatticeCut cut(lattice_, x_, kerf);
-  std::vector<Host> hosts = hosts_of(surface, cut);
+  std::vector<Vector3> vertices = vertices_;
+  vertices.insert(vertices.end(), surface.added_W.begin(), surface.added_W.end());
+  std::vector<Host> hosts =
+      AddedHosts(surface, cut, vertices, lattice_.hosts()).find([&](auto triangle, const auto& p) {
+        return point_on(triangle, p);
+      });
   const auto has_host = [&](std::int32_t vertex) { return hosts[std::size_t(vertex)].cube >= 0; };
   const bool has_all = std::all_of(
       surface.triangles.begin(), surface.triangles.end(),
       [&](const TriangleIndices& t) { return std::all_of(t.begin(), t.end(), has_host); });
-  std::vector<Vector3> vertices = vertices_;
-  vertices.insert(vertices.end(), surface.added_W.begin(), surface.added_W.end());
   report.status = CutStatus::Unclear;
   if (!has_all) return report;
   LatticePieces pieces = cut.divide(vertices, hosts, surface.triangles);

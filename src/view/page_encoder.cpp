@@ -343,6 +343,31 @@ MotionRows motions_of(const PageScene& scene, const PageSpan& span) {
   return motions;
 }
 
+// Their shapes are numbered from 0 in the block, and each is stored once.
+void write_bodies(ColumnBlock& block, Json& header, const std::vector<PageBody>& bodies,
+                  int fineness) {
+  std::vector<const Shape*> shapes;
+  for (const PageBody& body : bodies) shapes.push_back(body.shape.get());
+  const Scalar plate = view_internal::plate_beside(shapes);
+  std::map<const Shape*, std::size_t> numbers;
+  for (const PageBody& body : bodies) {
+    const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
+    if (is_new) {
+      header["shapes"].push_back(
+          add_surface(block, "shape" + std::to_string(entry->second),
+                      view_internal::surface_of(*body.shape, fineness, plate)));
+      if (Json form = form_json(*body.shape); !form.empty()) {
+        header["shapes"].back()["form"] = std::move(form);
+      }
+    }
+    header["bodies"].push_back(body_json(body, entry->second, plate));
+  }
+}
+
+void require_shape(const PageBody& body) {
+  DYOP_REQUIRE(body.shape != nullptr, "body '", body.name, "' has no shape to show");
+}
+
 }  // namespace
 
 void append(PageSpan& whole, PageSpan part) {
@@ -358,6 +383,7 @@ void append(PageSpan& whole, PageSpan part) {
   move_to(whole.marks, part.marks);
   move_to(whole.samples, part.samples);
   move_to(whole.touches, part.touches);
+  move_to(whole.bodies, part.bodies);
   for (PageDeformation& deformation : part.deformations) {
     const auto same = std::ranges::find(whole.deformations, deformation.body,
                                         [](const PageDeformation& one) { return one.body; });
@@ -370,9 +396,7 @@ void append(PageSpan& whole, PageSpan part) {
 }
 
 PageEncoder::PageEncoder(PageScene scene) : scene_(std::move(scene)) {
-  for (const PageBody& body : scene_.bodies) {
-    DYOP_REQUIRE(body.shape != nullptr, "body '", body.name, "' has no shape to show");
-  }
+  for (const PageBody& body : scene_.bodies) require_shape(body);
   for (const PageDeformation& deformation : scene_.deformations) {
     static_cast<void>(deforming_mesh(scene_, deformation));
     require_weights(deformation, true);
@@ -395,23 +419,7 @@ std::string PageEncoder::head() const {
   if (scene_.verdict) {
     header["check"] = {{"proven", scene_.verdict->is_proven}, {"words", scene_.verdict->words}};
   }
-  const int fineness = scene_.bodies.size() < kManyBodies ? kFine : kCoarse;
-  std::vector<const Shape*> shapes;
-  for (const PageBody& body : scene_.bodies) shapes.push_back(body.shape.get());
-  const Scalar plate = view_internal::plate_beside(shapes);
-  std::map<const Shape*, std::size_t> numbers;
-  for (const PageBody& body : scene_.bodies) {
-    const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
-    if (is_new) {
-      header["shapes"].push_back(
-          add_surface(block, "shape" + std::to_string(entry->second),
-                      view_internal::surface_of(*body.shape, fineness, plate)));
-      if (Json form = form_json(*body.shape); !form.empty()) {
-        header["shapes"].back()["form"] = std::move(form);
-      }
-    }
-    header["bodies"].push_back(body_json(body, entry->second, plate));
-  }
+  write_bodies(block, header, scene_.bodies, scene_.bodies.size() < kManyBodies ? kFine : kCoarse);
   header["charts"] = charts_json(scene_.charts);
   header["deformations"] = deformations_json(block, scene_, scene_.deformations);
   if (scene_.keeps_time) header["keeps_time"] = true;
@@ -447,6 +455,11 @@ std::string PageEncoder::chunk(const TimeInterval& time, const PageSpan& span) c
   return bytes + block.bytes({{"block", "chunk"}, {"steps", steps}}, ColumnBlock::Packing::Quick);
 }
 
+void PageEncoder::add_bodies(const std::vector<PageBody>& bodies) {
+  for (const PageBody& body : bodies) require_shape(body);
+  scene_.bodies.insert(scene_.bodies.end(), bodies.begin(), bodies.end());
+}
+
 std::string PageEncoder::span(const PageSpan& span) const {
   ColumnBlock block;
   motions_of(scene_, span).add_to(block);
@@ -457,6 +470,10 @@ std::string PageEncoder::span(const PageSpan& span) const {
   add_contacts(block, span.contacts);
   add_samples(block, span.samples, series_count(scene_.charts));
   Json header{{"block", "span"}, {"marks", marks_json(span.marks)}};
+  if (!span.bodies.empty()) {
+    header["bodies"] = header["shapes"] = Json::array();
+    write_bodies(block, header, span.bodies, kFine);
+  }
   for (const PageDeformation& deformation : span.deformations) require_weights(deformation, false);
   if (!span.deformations.empty()) {
     header["deformations"] = deformations_json(block, scene_, span.deformations);

@@ -107,5 +107,29 @@ TEST(CapMesh, RefusesLoopsThatCross) {
   EXPECT_FALSE(triangulate(outside, 0));
 }
 
+Scalar area_of(const PlaneRegion& region, const std::vector<TriangleIndices>& triangles) {
+  Scalar twice = 0;
+  for (const TriangleIndices& t : triangles) {
+    const Eigen::Vector2d a = region.points[std::size_t(t[0])];
+    const Eigen::Vector2d b = region.points[std::size_t(t[1])] - a;
+    const Eigen::Vector2d c = region.points[std::size_t(t[2])] - a;
+    twice += b.x() * c.y() - b.y() * c.x();
+  }
+  return twice / 2;
+}
+
+// A hole outside, and one that crosses the loop around it.
+TEST(CapMesh, FillsACrumpledRegion) {
+  for (const Scalar x : {5.0, 0.9}) {
+    PlaneRegion region;
+    region.is_crumpled = true;
+    add_ring(region, {0, 0}, 1, 12);
+    add_ring(region, {x, 0}, 0.3, -12);
+    const auto triangles = triangulate(region, 0);
+    ASSERT_TRUE(triangles) << x;
+    EXPECT_NEAR(area_of(region, *triangles), 3 * (1 - 0.09), 1e-12) << x;
+  }
+}
+
 }  // namespace
 }  // namespace dyop::tissue_internal

@@ -11,6 +11,7 @@
 #include "support/inputs/random_inputs.h"
 #include "support/inputs/tissue_bars.h"
 #include "support/oracles/difference_oracle.h"
+#include "tissue/disjoint_sets.h"
 
 namespace dyop::tissue_internal {
 namespace {
@@ -203,6 +204,61 @@ TEST(KerfSurface, CutsPartsThatOverlap) {
   const Scalar together = volume();
   std::fill(parts.begin() + std::ptrdiff_t(count), parts.end(), 1);
   EXPECT_NEAR(volume(), together, 1e-9);
+}
+
+// Two balls of one mesh, a host's cube is the ball's number.
+class TwoBalls final : public BodySheets {
+ public:
+  TwoBalls(std::size_t triangles, const Vector3& middle, Scalar radius)
+      : triangles_(triangles), middle_(middle), radius_(radius) {}
+
+  std::optional<Host> on_surface(std::int32_t triangle, const Vector3&) const override {
+    return Host{std::size_t(triangle) < triangles_ ? 0 : 1, Vector3::Zero()};
+  }
+  std::vector<Host> inside(std::int32_t, const Vector3& p_W) const override {
+    std::vector<Host> hosts;
+    if ((p_W - middle_).norm() < radius_) hosts.push_back({1, Vector3::Zero()});
+    if (p_W.norm() < 1) hosts.push_back({0, Vector3::Zero()});
+    return hosts;
+  }
+  Scalar miss(const Host& from, const Vector3&, const Host& to, const Vector3&) const override {
+    return from.cube == to.cube ? 0 : kInfinity;
+  }
+
+ private:
+  std::size_t triangles_;
+  Vector3 middle_;
+  Scalar radius_;
+};
+
+// One lies in the other: what begins first on a kerf's edge does not end first, and both may cover
+// a corner.
+TEST(KerfSurface, KeepsSidesApartThatLieOverEachOther) {
+  const Vector3 middle(0.3, 0.2, 0.1);
+  MeshArrays two = testing::icosphere(3);
+  const std::size_t count = two.vertices.size(), triangles = two.triangles.size();
+  for (std::size_t k = 0; k < count; ++k) two.vertices.push_back(middle + 0.5 * two.vertices[k]);
+  for (std::size_t t = 0; t < triangles; ++t) {
+    TriangleIndices other = two.triangles[t];
+    for (std::int32_t& vertex : other) vertex += std::int32_t(count);
+    two.triangles.push_back(other);
+  }
+  const std::vector<std::int32_t> parts(two.vertices.size(), 0);
+  const TwoBalls sheets(triangles, middle, 0.5);
+  for (const Vector3& half :
+       {Vector3(0.013, 0.3, 2), Vector3(0.013, 0.2, 0.3), Vector3(0.1, 0.25, 0.8)}) {
+    const TissueKerf kerf{RigidPose(Quaternion::Identity(), {0.2, 0.1, 0}), half};
+    const KerfSurface surface = take_kerf({two.vertices, two.triangles, parts}, kerf, 0.1, &sheets);
+    ASSERT_EQ(surface.status, CutStatus::Cut);
+    DisjointSets sides(two.vertices.size() + surface.added_W.size());
+    for (const TriangleIndices& t : surface.triangles) {
+      sides.join(std::size_t(t[0]), std::size_t(t[1]));
+      sides.join(std::size_t(t[0]), std::size_t(t[2]));
+    }
+    for (std::size_t v = 0; v < count; ++v) {
+      for (std::size_t w : {count, count + 40}) EXPECT_NE(sides.find(v), sides.find(w));
+    }
+  }
 }
 
 }  // namespace

@@ -226,6 +226,20 @@ TEST(PageEncoder, RefusesBodiesWithoutShapeAndUnknownBodies) {
   EXPECT_THROW(encoder.span(span), InvalidArgument);
 }
 
+TEST(PageEncoder, AddsBodiesWhileARunGoesOn) {
+  PageEncoder encoder(scene_with(std::make_shared<Sphere>(1)));
+  PageSpan span;
+  span.bodies = {{"late", BodyKind::Static, std::make_shared<Sphere>(2), "", {}}};
+  span.segments = {{BodyId(1), {0, 1}, std::make_shared<RestMotion>()}};
+  EXPECT_THROW(encoder.span(span), InvalidArgument);
+  encoder.add_bodies(span.bodies);
+  const nlohmann::json header = PageBlock(encoder.span(span)).header();
+  EXPECT_EQ(header["bodies"].at(0)["name"], "late");
+  EXPECT_EQ(header["bodies"].at(0)["shape"], 0);
+  EXPECT_EQ(header["shapes"].size(), 1u);
+  EXPECT_THROW(encoder.add_bodies({{"none", BodyKind::Static, nullptr, "", {}}}), InvalidArgument);
+}
+
 // A chunk of random motions of every kind, some of which go on where the one before ended.
 class RandomChunk {
  public:

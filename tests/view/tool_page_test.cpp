@@ -230,10 +230,14 @@ struct Followed {
   PageSpan span;
   std::vector<TickRecord> ticks;
   std::vector<std::vector<Vector3>> liver;  // vertices
+  TissueMesh cut;                           // of a model's liver, the last one
+  std::int64_t snapshots = 0;               // of a model's liver
+  std::int64_t cut_number = 0;              // of the one in whose place the cut came
 };
 
 Followed follow_run(const std::string& text, bool is_stuck) {
-  Followed followed{parse_haptic_run("scene.json", text), {}, {}, {}};
+  Followed followed;
+  followed.run = parse_haptic_run("scene.json", text);
   HapticRun& run = followed.run;
   run.runner.ticks = 700;
   run.runner.is_paced = false;
@@ -247,8 +251,15 @@ Followed follow_run(const std::string& text, bool is_stuck) {
   });
   for (TissueFeed& feed : run.tissue) {
     if (!feed.model) continue;
-    feed.given = [&](std::span<const Vector3> vertices) { follower.add_snapshot(0, vertices); };
-    feed.given_mesh = [&](const TissueMesh&) { follower.add_cut(0); };
+    feed.given = [&](std::span<const Vector3> vertices) {
+      ++followed.snapshots;
+      follower.add_snapshot(0, vertices);
+    };
+    feed.given_mesh = [&](const TissueMesh& mesh) {
+      followed.cut_number = ++followed.snapshots;
+      followed.cut = mesh;
+      follower.add_cut(0, mesh);
+    };
   }
   // A publisher that is stuck for the whole run holds nobody up: else this would never return.
   run_session(
@@ -268,21 +279,28 @@ Followed follow_run(const std::string& text, bool is_stuck) {
   return followed;
 }
 
-// The page has the meshes it begins with, so what a blade has cut is hidden.
-TEST(ToolFollower, HidesTissueThatABladeHasCut) {
-  const std::string text = testing::replaced(
+std::string cut_elastic_scene() {
+  return testing::replaced(
       testing::elastic_haptic_scene(), "\"cube\"",
       R"("cuts": [{"t": 0.2, "blade": {"position": [0, 0, 40], "size": [1, 60, 40]}}], "cube")");
-  const Followed followed = follow_run(text, false);
-  int cuts = 0;
-  for (const PageMark& mark : followed.span.marks) {
-    cuts += mark.text.find("tissue is cut") == 0;
+}
+
+// What a blade leaves is a body of its own, which takes the old one's place.
+TEST(ToolFollower, AddsTissueThatABladeHasCut) {
+  const Followed followed = follow_run(cut_elastic_scene(), false);
+  ASSERT_EQ(followed.span.bodies.size(), 1u);
+  const auto* mesh = dynamic_cast<const TriangleMesh*>(followed.span.bodies[0].shape.get());
+  ASSERT_NE(mesh, nullptr);
+  EXPECT_TRUE(mesh->is_closed());
+  EXPECT_EQ(mesh->triangles().size(), followed.cut.triangles.size());
+  const BodyId added(ToolFollower::scene_of(followed.run).bodies.size());
+  Scalar begin = 0, end = 0;
+  for (const PageSegment& segment : followed.span.segments) {
+    if (segment.body == added) begin = segment.interval.begin;
+    if (segment.motion == nullptr && segment.interval.begin > 0.2) end = segment.interval.begin;
   }
-  EXPECT_EQ(cuts, 1);
-  EXPECT_TRUE(std::any_of(followed.span.segments.begin(), followed.span.segments.end(),
-                          [](const PageSegment& segment) {
-                            return segment.motion == nullptr && segment.interval.begin > 0.2;
-                          }));
+  EXPECT_GT(begin, 0.2);
+  EXPECT_EQ(begin, end);
 }
 
 // Of what is drawn: vertices that a triangle has.
@@ -302,12 +320,16 @@ nlohmann::json facts_of(const Followed& followed) {
   for (const HapticTool& tool : run.scene.tools()) parts += tool.parts.size();
   const std::size_t liver = 2 * parts, cut_liver = liver + 2, device = parts;
   constexpr std::int64_t kCut = 5;
-  const bool is_cut = ToolFollower::scene_of(run).bodies.size() > cut_liver;
+  const bool has_formula = ToolFollower::scene_of(run).bodies.size() > cut_liver;
+  const bool is_cut = has_formula || followed.cut_number > 0;
+  const std::int64_t cut_number = has_formula ? kCut : followed.cut_number;
+  const std::vector<TriangleIndices> cut =
+      has_formula ? run.tissue[0].cut(kCut)->triangles : followed.cut.triangles;
   nlohmann::json facts{
-      {"rest_offset", run.options.rest_offset}, {"end", 0.7},
-      {"ghosts", parts + (is_cut ? 1 : 0)},     {"samples", followed.span.frames.size()},
-      {"gaps", 1 + run.scene.tools().size()},   {"poses", nlohmann::json::array()},
-      {"boxes", nlohmann::json::array()},       {"present", nlohmann::json::array()}};
+      {"rest_offset", run.options.rest_offset},  {"end", 0.7},
+      {"ghosts", parts + (has_formula ? 1 : 0)}, {"samples", followed.span.frames.size()},
+      {"gaps", 1 + run.scene.tools().size()},    {"poses", nlohmann::json::array()},
+      {"boxes", nlohmann::json::array()},        {"present", nlohmann::json::array()}};
   const RigidPose& X_TP = run.scene.tool[0].X_TP;
   for (const PageFrame& frame : followed.span.frames) {
     const Scalar t = frame.interval.end;
@@ -323,10 +345,9 @@ nlohmann::json facts_of(const Followed& followed) {
       facts["poses"].push_back(pose_fact(other, t, X_WT * tool.parts[0].X_TP));
       other += tool.parts.size();
     }
-    const bool is_open = is_cut && record.tick.progress[0].snapshot >= kCut;
+    const bool is_open = is_cut && record.tick.progress[0].snapshot >= cut_number;
     const AlignedBox box =
-        box_of(followed.liver.at(number),
-               is_open ? run.tissue[0].cut(kCut)->triangles : run.scene.obstacles[0].triangles);
+        box_of(followed.liver.at(number), is_open ? cut : run.scene.obstacles[0].triangles);
     facts["present"].push_back({{"body", liver}, {"t", t}, {"is", !is_open}});
     facts["boxes"].push_back({{"body", is_open ? cut_liver : liver},
                               {"t", t},
@@ -340,9 +361,10 @@ TEST(ToolFollower, ShowsToolDeviceAndTissueWhereTheyAre) {
   if (const std::string why = testing::reason_to_skip_browser(); !why.empty()) GTEST_SKIP() << why;
   const testing::TemporaryDirectory directory;
   for (const std::string& text : {testing::cut_haptic_scene(), testing::elastic_haptic_scene(),
-                                  testing::two_tools_haptic_scene()}) {
+                                  cut_elastic_scene(), testing::two_tools_haptic_scene()}) {
     const Followed followed = follow_run(text, false);
-    const PageEncoder encoder(ToolFollower::scene_of(followed.run));
+    PageEncoder encoder(ToolFollower::scene_of(followed.run));
+    encoder.add_bodies(followed.span.bodies);
     const fs::path facts = directory.write("facts.json", facts_of(followed).dump());
     const std::vector<std::string> blocks{encoder.head(), encoder.span(followed.span)};
     const fs::path page = directory.write("page.html", page_html("followed", blocks));

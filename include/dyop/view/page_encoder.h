@@ -137,7 +137,9 @@ struct PageSpan {
   std::vector<PageContact> contacts;
   std::vector<PageMark> marks;
   std::vector<PageSample> samples;
-  std::vector<PageDeformation> deformations;  ///< of bodies that deform in the scene, one each
+  std::vector<PageDeformation> deformations;  ///< of bodies that deform, one each
+  /// Bodies that appear while the run goes on, numbered on from those that are there already.
+  std::vector<PageBody> bodies = {};
   /// For runs in chunks: what the page of an ordinary run finds from its contacts.
   std::vector<PageTouch> touches;
   Scalar ordinary_impulse = 0;  ///< nine of ten contacts have none larger; 0: not known
@@ -168,6 +170,9 @@ class PageEncoder {
   std::string head() const;
   /// @throws InvalidArgument for a body that the scene does not have.
   std::string span(const PageSpan& span) const;
+  /// Adds bodies to the scene, before the span that has them.
+  /// @throws InvalidArgument if a body has no shape.
+  void add_bodies(const std::vector<PageBody>& bodies);
   /// The segments, gaps and contacts of one stretch of time, which the page reads when that time is
   /// looked at, for runs too large to be held whole. It must say where every body is from its
   /// begin on, and what rests; the page's spans then hold only outlines. `span.frames` say how long

@@ -38,9 +38,8 @@ class ToolFollower {
   void add(const TickRecord& record);
   /// For TissueFeed::given: a model's next snapshot, from the thread of tissue.
   void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices);
-  /// For TissueFeed::given_mesh: a model has cut an obstacle, which the page then shows no longer,
-  /// as the meshes of a page are those it begins with.
-  void add_cut(std::size_t obstacle);
+  /// For TissueFeed::given_mesh: a model has cut an obstacle, which goes on as this mesh.
+  void add_cut(std::size_t obstacle, const TissueMesh& mesh);
   /// Publishes the rest and, unless it is empty, why the run ended; waits for `publish`.
   void finish(const std::string& why);
 

@@ -39,7 +39,9 @@ class ServedTool final : public LiveTool {
   void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices) override {
     follower_.add_snapshot(obstacle, vertices);
   }
-  void add_cut(std::size_t obstacle) override { follower_.add_cut(obstacle); }
+  void add_cut(std::size_t obstacle, const TissueMesh& mesh) override {
+    follower_.add_cut(obstacle, mesh);
+  }
   void end(const std::string& why) override {
     follower_.finish(why);
     server_.finish();

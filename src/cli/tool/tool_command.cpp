@@ -166,8 +166,8 @@ std::vector<TissueFeed> shown_feeds(const HapticRun& run, const ToolLinks& links
     feed.given = [&links, obstacle = feed.obstacle](std::span<const Vector3> vertices) {
       links.live->add_snapshot(obstacle, vertices);
     };
-    feed.given_mesh = [&links, obstacle = feed.obstacle](const TissueMesh&) {
-      links.live->add_cut(obstacle);
+    feed.given_mesh = [&links, obstacle = feed.obstacle](const TissueMesh& mesh) {
+      links.live->add_cut(obstacle, mesh);
     };
   }
   return feeds;

@@ -94,7 +94,7 @@ class LiveTool {
   virtual std::stop_token stop_token() const = 0;
   virtual void add(const TickRecord& record) = 0;
   virtual void add_snapshot(std::size_t obstacle, std::span<const Vector3> vertices) = 0;
-  virtual void add_cut(std::size_t obstacle) = 0;
+  virtual void add_cut(std::size_t obstacle, const TissueMesh& mesh) = 0;
   /// Says why the run ended.
   virtual void end(const std::string& why) = 0;
 };

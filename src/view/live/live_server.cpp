@@ -53,7 +53,7 @@ struct LiveServer::Impl {
 
   explicit Impl(PageEncoder the_encoder) : encoder(std::move(the_encoder)) {}
 
-  const PageEncoder encoder;
+  PageEncoder encoder;
   std::mutex mutex;
   std::condition_variable_any changed;
   State state = State::Running;
@@ -90,6 +90,7 @@ struct LiveServer::Impl {
   // Makes a block of what is pending; the caller holds the mutex.
   void encode_pending() {
     if (pending.frames.empty() && pending.segments.empty()) return;
+    encoder.add_bodies(pending.bodies);
     blocks.push_back(encoder.span(std::exchange(pending, {})));
   }
 

@@ -70,6 +70,7 @@ export class BodyTree {
       if (groups.has(name)) groups.get(name).push(body);
       else groups.set(name, [body]);
     }
+    this.bodyCount = this.run.bodies.length;
     this.count.textContent = `${count} of ${this.run.bodies.length} bodies, ${this.run.surfaces.length} shapes`;
     this.list.set([...groups].flatMap(([group, bodies]) => {
       const own = this.closed.has(group) ? [] : bodies.map((body) => ({body}));
@@ -126,11 +127,12 @@ export class BodyTree {
     }
     if (!this.list) this.#build();
     const key = `${this.grouping === 'island' ? t : ''} ${colors.slice(0, 400).map((color) => color.getHex()).join()}`;
-    if (this.drawn === key && !isOther) return;
+    if (this.drawn === key && !isOther && this.bodyCount === this.run.bodies.length) return;
     // A colour that is being chosen keeps its row.
     if (document.activeElement?.type === 'color' && this.host.contains(document.activeElement)) return;
     this.drawn = key;
-    if (this.grouping === 'island') this.#arrange();
+    const hasGrown = this.bodyCount !== this.run.bodies.length;
+    if (this.grouping === 'island' || hasGrown) this.#arrange();
     else this.list.draw();
   }
 }

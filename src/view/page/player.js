@@ -351,7 +351,9 @@ export class Player {
     return [-1, 1].map((side) => new Vector3(...pivot).addScaledVector(half, side).toArray());
   }
 
-  paint(run, {colors, theme}) {
+  paint(run, stage) {
+    stage.grow();
+    const {colors, theme} = stage;
     const islands = this.coloring === 'island' ? run.islandsAt(this.t) : undefined;
     for (const body of run.bodies) {
       const color = bodyColor(body, theme, colors[body.number]);

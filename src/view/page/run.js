@@ -25,21 +25,15 @@ export class Run {
     this.end = head.begin;
     this.plannedEnd = head.end;
     this.blocks = 1;  // read so far, the head among them
-    this.shapes = head.shapes;  // as the block of the scene describes them
-    this.surfaces = head.shapes.map((_, number) => readSurface(head, number));
-    this.deformations = (head.deformations ?? []).map((_, number) => readDeformation(head, number));
-    for (const {body} of this.deformations) this.surfaces[head.bodies[body].shape].deforms = true;
+    this.shapes = [];  // as the blocks describe them
+    this.surfaces = [];
+    this.bodies = [];
+    this.deformations = [];
+    this.#addBodies(head);
+    this.#grow(head);
     this.keepsTime = Boolean(head.keeps_time);  // while it goes on, it does so by the clock
     this.charts = head.charts ?? [];  // each with a title and its series, columns of `samples`
     this.samples = new Table('t', []);
-    this.bodies = head.bodies.map((body, number) => ({
-      ...body,
-      number,
-      center: body.center ?? [0, 0, 0],
-      sleep: [],  // {t, asleep}, in order of time
-      state: newState(),
-      stateTime: NaN,
-    }));
     // What is looked at: bodies moved by forces, or if there are none those on prescribed motions.
     const ofKind = (kind) => this.bodies.filter((body) => body.kind === kind);
     this.movers = ofKind('dynamic').length > 0 ? ofKind('dynamic') : ofKind('kinematic');
@@ -94,14 +88,16 @@ export class Run {
       this.end = Math.max(this.end, block.end);
       return;
     }
+    if (block.bodies) {
+      this.#addBodies(block);
+      this.base.grow(this.bodies.length);
+    }
     // Frames and impacts first: they say which contacts are new touches.
     this.steps.append(block.columns, 'step');
     const firstFrame = this.frames.append(block.columns, 'frame');
     for (const frame of this.frames.rows.slice(firstFrame)) if (frame.unconverged > 0) this.roughFrames.push(frame);
     this.samples.append(block.columns, 'sample');
-    (block.deformations ?? []).forEach(({body}, number) => {
-      growDeformation(this.deformations.find((one) => one.body === body), block, number);
-    });
+    this.#grow(block);
     this.ordinaryImpulse = block.ordinary_impulse;
     const firstImpact = this.impacts.append(block.columns, 'impact');
     for (let k = firstImpact; k < this.impacts.rows.length; ++k) this.impacts.rows[k].number = k;
@@ -125,6 +121,34 @@ export class Run {
       }
       this.end = Math.max(this.end, mark.t);
     }
+  }
+
+  // The bodies of a block, whose shapes are numbered within it.
+  #addBodies(block) {
+    const first = this.shapes.length;
+    this.shapes.push(...block.shapes);
+    block.shapes.forEach((_, number) => this.surfaces.push(readSurface(block, number)));
+    for (const body of block.bodies) {
+      this.bodies.push({
+        ...body,
+        shape: first + body.shape,
+        number: this.bodies.length,
+        center: body.center ?? [0, 0, 0],
+        sleep: [],  // {t, asleep}, in order of time
+        state: newState(),
+        stateTime: NaN,
+      });
+    }
+  }
+
+  // What a block says of the bodies that deform.
+  #grow(block) {
+    (block.deformations ?? []).forEach(({body}, number) => {
+      const known = this.deformations.find((one) => one.body === body);
+      if (known) return growDeformation(known, block, number);
+      this.surfaces[this.bodies[body].shape].deforms = true;
+      return this.deformations.push(readDeformation(block, number));
+    });
   }
 
   #tableOf(columns, name) {

@@ -84,12 +84,13 @@ export class Stage {
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(kFieldOfView, 1, 0.01, 1000);
     // 0 solid, 1 ghost, 2 wire, 3 hidden
-    this.manner = Uint8Array.from(run.bodies, ({ghost}) => (ghost ? 1 : 0));
-    this.colors = run.bodies.map(() => new THREE.Color());
+    this.manner = [];
+    this.colors = [];
+    this.shapes = [];
     this.drawsEdges = {value: true};
     this.size = 1;
     this.origin = new THREE.Vector3();  // of what is drawn, in the world
-    this.#addShapes();
+    this.grow();
     this.#addLight(isSmooth);
     this.selection = new THREE.LineSegments(new THREE.EdgesGeometry(new THREE.BoxGeometry(1, 1, 1)),
                                             new THREE.LineBasicMaterial());
@@ -99,10 +100,18 @@ export class Stage {
     this.ground = new Ground(this, where);
   }
 
-  #addShapes() {
+  // Draws bodies that the run has got. They share no shape with older ones.
+  grow() {
+    if (this.colors.length === this.run.bodies.length) return;
     const counts = this.run.surfaces.map(() => 0);
-    for (const body of this.run.bodies) body.place = counts[body.shape]++;
-    this.shapes = this.run.surfaces.map((surface, number) => {
+    for (const {number, shape, ghost} of this.run.bodies) {
+      counts[shape] += 1;
+      this.manner[number] ??= ghost ? 1 : 0;
+      this.colors[number] ??= new THREE.Color();
+    }
+    const first = this.shapes.length;
+    const added = this.run.surfaces.slice(first).map((surface, k) => {
+      const number = first + k;
       const geometry = cornerNormals(surface);
       geometry.computeBoundingBox();
       geometry.computeBoundingSphere();
@@ -127,6 +136,7 @@ export class Stage {
       });
       return {geometry, meshes};
     });
+    this.shapes.push(...added);
   }
 
   #addLight(isSmooth) {

@@ -107,18 +107,25 @@ export function segmentAt({begins}, t) {
 // The motions of all bodies over a span of time, and what was near what in it.
 export class Store {
   constructor(bodyCount) {
-    this.tracks = Array.from({length: bodyCount}, () => ({
-      begins: new Column(Float64Array),
-      ends: new Column(Float64Array),
-      kinds: new Column(Uint8Array),
-      parts: new Column(Uint32Array),
-      rows: new Column(Uint32Array),
-    }));
+    this.tracks = [];
+    this.grow(bodyCount);
     this.parts = [];  // columns of one kind from one block
     this.gaps = new Table('t', ['pa', 'pb', 'pivot']);
     this.contacts = new Table('begin', ['p', 'normal', 'impulse']);
     this.pairs = new Map();  // by name: gaps, and contacts in groups of one begin
     this.end = -Infinity;
+  }
+
+  grow(bodyCount) {
+    while (this.tracks.length < bodyCount) {
+      this.tracks.push({
+        begins: new Column(Float64Array),
+        ends: new Column(Float64Array),
+        kinds: new Column(Uint8Array),
+        parts: new Column(Uint32Array),
+        rows: new Column(Uint32Array),
+      });
+    }
   }
 
   append(columns) {

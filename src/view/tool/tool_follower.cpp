@@ -48,7 +48,8 @@ struct ToolPicture {
 struct GivenSnapshot {
   std::size_t obstacle = 0;
   std::int64_t number = 0;
-  std::vector<Vector3> vertices;  // none: it was cut
+  std::vector<Vector3> vertices;
+  std::shared_ptr<const TriangleMesh> mesh = {};  // with these vertices, if it was cut
 };
 
 // A mesh of an obstacle, the first one or what a cut left, and how it deforms.
@@ -68,7 +69,6 @@ struct FollowedTissue {
   std::optional<TissueFeed> formula;  // none: a model
   std::vector<FollowedMesh> meshes;
   std::size_t shown = 0;
-  bool is_cut = false;  // by a model: not shown any longer
   std::deque<GivenSnapshot> given;
 };
 
@@ -108,6 +108,14 @@ class FollowedScene {
   const PageScene& page() const { return page_; }
   const ToolBodies& bodies() const { return bodies_; }
   std::vector<FollowedTissue>& tissue() { return tissue_; }
+
+  // The body as which an obstacle goes on.
+  PageBody add_cut(FollowedTissue& tissue, GivenSnapshot snapshot) {
+    page_.bodies.push_back(bodies_.later_mesh(tissue.obstacle, snapshot.mesh));
+    add_mesh(tissue, snapshot.number, BodyId(page_.bodies.size() - 1),
+             std::move(snapshot.vertices));
+    return page_.bodies.back();
+  }
 
  private:
   void add(const TissueFeed& feed) {
@@ -165,9 +173,15 @@ class PictureWriter {
     return span;
   }
 
-  void take(GivenSnapshot snapshot) {
+  void take(GivenSnapshot snapshot, PageSpan& span) {
     for (FollowedTissue& tissue : scene_.tissue()) {
-      if (tissue.obstacle == snapshot.obstacle) tissue.given.push_back(std::move(snapshot));
+      if (tissue.obstacle != snapshot.obstacle) continue;
+      if (snapshot.mesh) {
+        span.bodies.push_back(scene_.add_cut(tissue, std::move(snapshot)));
+      } else {
+        tissue.given.push_back(std::move(snapshot));
+      }
+      return;
     }
   }
 
@@ -235,15 +249,8 @@ class PictureWriter {
            tissue.meshes[tissue.shown + 1].number <= progress.snapshot) {
       swap(tissue, t, span);
     }
-    if (tissue.is_cut) return;
     FollowedMesh& mesh = tissue.meshes[tissue.shown];
-    while (mesh.reached < progress.snapshot && !tissue.is_cut) advance(tissue, mesh);
-    if (tissue.is_cut) {
-      span.segments.push_back({mesh.body, {t, t}, nullptr});
-      span.marks.push_back({t, "status", "tissue is cut, and shown in the recording", {}});
-      status_ = HapticStatus::NotRun;  // so that the next mark tells it again
-      return;
-    }
+    while (mesh.reached < progress.snapshot) advance(tissue, mesh);
     PageDeformation now{mesh.body, {}, {t}, {}};
     now.modes.assign(mesh.modes.modes().begin() + std::ptrdiff_t(mesh.modes_sent),
                      mesh.modes.modes().end());
@@ -261,7 +268,7 @@ class PictureWriter {
     shown_[tissue.obstacle] = body;
     span.segments.push_back({body, {t, t}, std::make_shared<const RestMotion>(RigidPose())});
     span.marks.push_back({t, "status", "tissue is cut", {}});
-    status_ = HapticStatus::NotRun;  // as above
+    status_ = HapticStatus::NotRun;  // so that the next mark tells it again
   }
 
   // To the next snapshot; where a model's was left out, nothing moves.
@@ -272,8 +279,6 @@ class PictureWriter {
     } else {
       std::erase_if(tissue.given, [&](const auto& one) { return one.number < mesh.reached; });
       if (!tissue.given.empty() && tissue.given.front().number == mesh.reached) {
-        tissue.is_cut = tissue.given.front().vertices.empty();
-        if (tissue.is_cut) return;
         mesh.vertices = std::move(tissue.given.front().vertices);
       }
     }
@@ -311,21 +316,21 @@ struct ToolFollower::Impl {
         pictures.swap(waiting);
         is_last = has_ended;
       }
-      take_snapshots();  // after the pictures, which may not be ahead of them
       PageSpan span;
+      take_snapshots(span);  // after the pictures, which may not be ahead of them
       for (const ToolPicture& picture : pictures) writer.add(picture, span);
       if (is_last) writer.end(why, span);
       publish(std::move(span));
     }
   }
 
-  void take_snapshots() {
+  void take_snapshots(PageSpan& span) {
     std::deque<GivenSnapshot> taken;
     {
       const std::lock_guard lock(snapshot_mutex);
       taken.swap(snapshots);
     }
-    for (GivenSnapshot& snapshot : taken) writer.take(std::move(snapshot));
+    for (GivenSnapshot& snapshot : taken) writer.take(std::move(snapshot), span);
   }
 
   const HapticRun run;
@@ -399,8 +404,13 @@ void ToolFollower::add_snapshot(std::size_t obstacle, std::span<const Vector3> v
   }
 }
 
-void ToolFollower::add_cut(std::size_t obstacle) {
-  add_snapshot(obstacle, {});
+// Cuts are few, and none is left out.
+void ToolFollower::add_cut(std::size_t obstacle, const TissueMesh& mesh) {
+  const std::int64_t number = ++impl_->given[obstacle];
+  GivenSnapshot snapshot{obstacle, number, mesh.vertices,
+                         std::make_shared<const TriangleMesh>(mesh.vertices, mesh.triangles)};
+  const std::lock_guard lock(impl_->snapshot_mutex);
+  impl_->snapshots.push_back(std::move(snapshot));
 }
 
 void ToolFollower::finish(const std::string& why) {
