@@ -95,42 +95,35 @@ void Team::help() {
 }
 
 // The first thread that comes leads.
-struct Team::Crew {
-  Team& team;
-  const std::function<void(Team&)>& lead;
-  std::atomic<bool> has_leader{false};
-  std::exception_ptr error;
-
-  void work(std::size_t /*worker*/) {
-    if (has_leader.exchange(true)) {
-      team.help();
-      return;
-    }
+void Team::work(std::size_t /*worker*/) {
+  if (has_leader_.load(std::memory_order_acquire) || has_leader_.exchange(true)) {
+    help();
+  } else {
     try {
-      lead(team);
+      (*lead_)(*this);
     } catch (...) {
-      error = std::current_exception();
+      error_ = std::current_exception();
     }
-    team.end();
+    has_ended_.store(true, std::memory_order_release);
   }
-};
+  left_.fetch_add(1, std::memory_order_release);
+}
 
 void with_team(int thread_count, const std::function<void(Team&)>& lead) {
   BatchOptions batch;
   batch.thread_count = thread_count;
-  const std::size_t threads = batch_worker_count(std::numeric_limits<std::size_t>::max(), batch);
   Team team;
-  if (threads == 1) {
+  team.threads_ = batch_worker_count(std::numeric_limits<std::size_t>::max(), batch);
+  if (team.threads_ == 1) {
     lead(team);
     return;
   }
-  team.threads_ = threads;
-  Team::Crew crew{team, lead, {}, {}};
+  team.lead_ = &lead;
   // As in batch_run.cpp: what these two order, oneTBB does too, where thread sanitizers cannot see.
-  crew.has_leader.store(false, std::memory_order_release);
-  run_workers(crew, threads);
-  team.has_ended_.load(std::memory_order_acquire);
-  if (crew.error) std::rethrow_exception(crew.error);
+  team.has_leader_.store(false, std::memory_order_release);
+  run_workers(team, team.threads_);
+  team.left_.load(std::memory_order_acquire);
+  if (team.error_) std::rethrow_exception(team.error_);
 }
 
 }  // namespace dyop::core_internal

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <type_traits>
 
@@ -23,6 +24,9 @@ DYOP_EXPORT void with_team(int thread_count, const std::function<void(Team&)>& l
 /// where helpers come late or not at all.
 class DYOP_EXPORT Team {
  public:
+  /// For run_workers(): leads or helps.
+  void work(std::size_t worker);
+
   /// Whether there may be helpers.
   bool has_helpers() const { return threads_ > 1; }
 
@@ -40,15 +44,17 @@ class DYOP_EXPORT Team {
  private:
   friend void with_team(int thread_count, const std::function<void(Team&)>& lead);
   using Call = void (*)(const void* context, std::size_t begin, std::size_t end);
-  struct Crew;
 
   void run_loop(Call call, const void* context, std::size_t count, std::size_t least);
   void take_parts(std::uint64_t loop);
   void help();
-  void end() { has_ended_.store(true, std::memory_order_release); }
 
   std::size_t threads_ = 1;
+  const std::function<void(Team&)>* lead_ = nullptr;
+  std::exception_ptr error_;  // that the leader threw
+  std::atomic<bool> has_leader_{false};
   std::atomic<bool> has_ended_{false};
+  std::atomic<std::size_t> left_{0};  // threads
   // The number of the loop in the upper half, that of its next part in the lower. What a helper
   // reads of a loop below is of that loop if it then gets a part of it: a loop that lacks a part is
   // not over, and only then are these changed.

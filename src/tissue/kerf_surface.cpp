@@ -402,6 +402,7 @@ class Caps {
   void add_stretches(const Edge& edge, std::span<const RimEnd> all) {
     std::vector<RimEnd> starts, ends;
     for (const RimEnd& one : all) (one.is_end ? ends : starts).push_back(one);
+    if (starts.size() != ends.size()) return;  // the surface will not be closed
     if (starts.size() > 1 && sheets_ != nullptr) {
       for (RimEnd& start : starts) find_host(start);
       for (RimEnd& end : ends) find_host(end);

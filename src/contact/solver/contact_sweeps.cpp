@@ -58,9 +58,12 @@ bool ContactSweeps::begin(const ContactSystem& system) {
   offset_of_body_.resize(bodies);
   for (std::size_t i = 0; i < bodies; ++i) offset_of_body_[parts_.bodies()[i]] = int(6 * i);
   groups_.resize(counts_.size());
-  loops_.each(groups_.size(), [&](std::size_t i) { groups_[i] = empty_group(int(6 * bodies)); });
+  for (std::size_t r = 0; r < regions_.size(); ++r) {
+    const SweepGroup empty = empty_group(int(6 * (bodies + r)));
+    std::fill_n(groups_.begin() + regions_[r].first, regions_[r].count, empty);
+  }
   for (std::size_t i = 0; i < blocks.size(); ++i) put(blocks[i], places_[i]);
-  y_.assign(6 * (bodies + 1), 0);
+  y_.assign(6 * (bodies + regions_.size()), 0);
   for (std::size_t i = 0; i < bodies; ++i) {
     std::copy_n(system.velocities()[i].data(), 6, y_.data() + offset_of_body_[i]);
   }

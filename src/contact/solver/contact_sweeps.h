@@ -61,7 +61,8 @@ class ContactSweeps {
   std::vector<int> with_room_;   // by group: itself if it has room, or a later one to ask
   std::vector<int> next_group_;  // by body: the first one that it may be in
   std::vector<Place> places_;    // by block
-  std::vector<double> y_, old_y_, step_y_;  // six numbers a body, then six that nobody reads
+  // Six numbers a body, then six for the empty lanes of each region.
+  std::vector<double> y_, old_y_, step_y_;
   Scalar old_change_sq_ = 0;
 };
 

@@ -10,7 +10,7 @@ inline constexpr int kSweepWidth = 4;
 
 /// Contacts no two of which share a body that can be moved: Block and LocalContact of each, one
 /// lane apiece. Bodies are offsets into the velocities; lanes without a contact, and bodies that
-/// cannot be moved, have zeros and the offset of six numbers that nobody reads.
+/// cannot be moved, have zeros and the offset of six numbers that no contact uses.
 struct alignas(64) SweepGroup {
   double G_a[18][kSweepWidth];  ///< row by row
   double G_b[18][kSweepWidth];
