@@ -2,7 +2,6 @@
 #include "contact/solver/contact_sweeps.h"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "core/tolerance.h"
@@ -51,44 +50,23 @@ bool ContactSweeps::begin(const ContactSystem& system) {
     return block.kind != BlockKind::Contact || block.carriers > 0;
   });
   if (has_others || blocks.size() < kLeastFill) return false;
-  loops_ = system.loops();
-  parts_.cut(system);
-  if (!place_blocks(system)) return false;
   const std::size_t bodies = system.velocities().size();
-  offset_of_body_.resize(bodies);
-  for (std::size_t i = 0; i < bodies; ++i) offset_of_body_[parts_.bodies()[i]] = int(6 * i);
-  groups_.resize(counts_.size());
-  for (std::size_t r = 0; r < regions_.size(); ++r) {
-    const SweepGroup empty = empty_group(int(6 * (bodies + r)));
-    std::fill_n(groups_.begin() + regions_[r].first, regions_[r].count, empty);
-  }
+  next_group_.assign(bodies, 0);
+  counts_.clear();
+  with_room_.clear();
+  places_.clear();
+  for (const Block& block : blocks) places_.push_back(find_place(block));
+  if (kLeastFill * counts_.size() > blocks.size()) return false;
+  groups_.assign(counts_.size(), empty_group(int(6 * bodies)));
   for (std::size_t i = 0; i < blocks.size(); ++i) put(blocks[i], places_[i]);
-  y_.assign(6 * (bodies + regions_.size()), 0);
+  y_.assign(6 * (bodies + 1), 0);
   for (std::size_t i = 0; i < bodies; ++i) {
-    std::copy_n(system.velocities()[i].data(), 6, y_.data() + offset_of_body_[i]);
+    std::copy_n(system.velocities()[i].data(), 6, y_.data() + 6 * i);
   }
   old_y_ = y_;
   step_y_.assign(y_.size(), 0);
   old_change_sq_ = 0;
   return true;
-}
-
-// Returns false if groups are too empty.
-bool ContactSweeps::place_blocks(const ContactSystem& system) {
-  const std::vector<Block>& blocks = system.blocks();
-  next_group_.resize(system.velocities().size());
-  counts_.clear();
-  with_room_.clear();
-  places_.resize(blocks.size());
-  regions_.clear();
-  for (const BodyParts::Region& region : parts_.regions()) {
-    const int first = int(counts_.size());
-    std::fill(next_group_.begin(), next_group_.end(), first);
-    for (const std::size_t i : region.blocks) places_[i] = find_place(blocks[i]);
-    regions_.push_back({region.phase, first, int(counts_.size()) - first});
-  }
-  by_region_.resize(regions_.size());
-  return kLeastFill * counts_.size() <= blocks.size();
 }
 
 // The first group from `first` on that has room; makes one if there is none.
@@ -107,7 +85,7 @@ int ContactSweeps::group_with_room(int first) {
   return group;
 }
 
-// After all groups of its region with contacts before it of the same bodies.
+// After all groups with contacts before it of the same bodies.
 ContactSweeps::Place ContactSweeps::find_place(const Block& block) {
   int first = 0;
   for (const int slot : {block.slot_a, block.slot_b}) {
@@ -127,8 +105,8 @@ void ContactSweeps::put(const Block& block, const Place& place) {
   const std::size_t lane = std::size_t(place.lane);
   put_rows(block.G_a, group.G_a, lane);
   put_rows(block.G_b, group.G_b, lane);
-  if (block.slot_a >= 0) group.body_a[lane] = offset_of_body_[std::size_t(block.slot_a)];
-  if (block.slot_b >= 0) group.body_b[lane] = offset_of_body_[std::size_t(block.slot_b)];
+  if (block.slot_a >= 0) group.body_a[lane] = 6 * block.slot_a;
+  if (block.slot_b >= 0) group.body_b[lane] = 6 * block.slot_b;
   for (Eigen::Index i = 0; i < 3; ++i) {
     group.free[i][lane] = block.free[i];
     group.lambda[i][lane] = block.lambda[i];
@@ -146,65 +124,27 @@ void ContactSweeps::put(const Block& block, const Place& place) {
   group.has_coupled = group.has_coupled || !local.is_uncoupled();
 }
 
-// Puts sweep(region) into by_region_ for the regions of a phase.
-template <typename Sweep>
-void ContactSweeps::sweep_phase(std::size_t phase, const Sweep& sweep) {
-  const auto [first, last] =
-      std::equal_range(regions_.begin(), regions_.end(), Region{phase, 0, 0},
-                       [](const Region& x, const Region& y) { return x.phase < y.phase; });
-  const std::size_t begin = std::size_t(first - regions_.begin());
-  loops_.each_long(std::size_t(last - first),
-                   [&](std::size_t i) { by_region_[begin + i] = sweep(regions_[begin + i]); });
-}
-
 Scalar ContactSweeps::sweep() {
   old_y_ = y_;
-  Scalar largest = 0;
-  const auto take_largest = [&] {
-    for (const Scalar change : by_region_) largest = std::max(largest, change);
-  };
-  for (std::size_t phase = 0; phase < BodyParts::kPhases; ++phase) {
-    sweep_phase(phase, [&](const Region& region) {
-      return kernels_->forward(groups_.data() + region.first, region.count, y_.data());
-    });
-  }
-  take_largest();
-  for (std::size_t phase = BodyParts::kPhases; phase-- > 0;) {
-    sweep_phase(phase, [&](const Region& region) {
-      return kernels_->back(groups_.data() + region.first, region.count, y_.data());
-    });
-  }
-  take_largest();
-  return largest;
+  return kernels_->sweep(groups_.data(), int(groups_.size()), y_.data());
 }
 
-Scalar ContactSweeps::residual() {
-  loops_.each_long(regions_.size(), [&](std::size_t i) {
-    const SweepGroup* first = groups_.data() + regions_[i].first;
-    by_region_[i] = kernels_->residual(first, regions_[i].count, y_.data());
-  });
-  Scalar largest = 0;
-  for (const Scalar here : by_region_) largest = larger_or_nan(here, largest);
-  return largest;
+Scalar ContactSweeps::residual() const {
+  return kernels_->residual(groups_.data(), int(groups_.size()), y_.data());
 }
 
 // Sum of weight times the squared change of the impulses in the last sweep.
-Scalar ContactSweeps::change_sq() {
-  loops_.each_long(regions_.size(), [&](std::size_t i) {
-    const Region& region = regions_[i];
-    Scalar sum[kWidth] = {};
-    for (int k = 0; k < region.count; ++k) {
-      const SweepGroup& group = groups_[std::size_t(region.first + k)];
-      for (std::size_t w = 0; w < kWidth; ++w) {
-        const Scalar x = group.lambda[0][w] - group.before[0][w];
-        const Scalar y = group.lambda[1][w] - group.before[1][w];
-        const Scalar z = group.lambda[2][w] - group.before[2][w];
-        sum[w] += group.weight[w] * (x * x + y * y + z * z);
-      }
+Scalar ContactSweeps::change_sq() const {
+  Scalar sum[kWidth] = {};
+  for (const SweepGroup& group : groups_) {
+    for (std::size_t w = 0; w < kWidth; ++w) {
+      const Scalar x = group.lambda[0][w] - group.before[0][w];
+      const Scalar y = group.lambda[1][w] - group.before[1][w];
+      const Scalar z = group.lambda[2][w] - group.before[2][w];
+      sum[w] += group.weight[w] * (x * x + y * y + z * z);
     }
-    by_region_[i] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  });
-  return std::accumulate(by_region_.begin(), by_region_.end(), Scalar{0});
+  }
+  return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
 // The change over a sweep acts as the gradient in a nonlinear conjugate gradient iteration
@@ -221,10 +161,9 @@ void ContactSweeps::accelerate() {
       value[i] += along;
     }
   };
-  loops_.each(groups_.size(), [&](std::size_t i) {
-    SweepGroup& group = groups_[i];
+  for (SweepGroup& group : groups_) {
     advance(group.lambda[0], group.before[0], group.step[0], 3 * kWidth);
-  });
+  }
   advance(y_.data(), old_y_.data(), step_y_.data(), y_.size());
 }
 
@@ -237,7 +176,7 @@ void ContactSweeps::write(ContactSystem& system) const {
     blocks[i].slip = group.slip[lane];
   }
   for (std::size_t i = 0; i < system.velocities().size(); ++i) {
-    std::copy_n(y_.data() + offset_of_body_[i], 6, system.velocities()[i].data());
+    std::copy_n(y_.data() + 6 * i, 6, system.velocities()[i].data());
   }
 }
 

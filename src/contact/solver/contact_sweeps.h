@@ -3,15 +3,13 @@
 
 #include <vector>
 
-#include "contact/solver/body_parts.h"
 #include "contact/solver/contact_system.h"
 #include "contact/solver/sweep_kernels.h"
 
 namespace dyop::contact_internal {
 
-// Sweeps over a system of contacts alone, several at once. Of a large one, regions are swept one
-// beside the other; in a region, contacts that share a body stay in their order, so that a sweep
-// does the same as one contact after the other, region by region.
+// Sweeps over a system of contacts alone, several at once. Contacts that share a body stay in
+// their order, so that a sweep does the same as one contact after the other.
 class ContactSweeps {
  public:
   explicit ContactSweeps(InstructionSet set = best_instruction_set())
@@ -26,7 +24,7 @@ class ContactSweeps {
   // Goes on along the conjugate direction of the last sweep.
   void accelerate();
   // ContactSystem::residual().
-  Scalar residual();
+  Scalar residual() const;
   void write(ContactSystem& system) const;
 
  private:
@@ -37,32 +35,16 @@ class ContactSweeps {
 
   Place find_place(const Block& block);
   int group_with_room(int first);
-  bool place_blocks(const ContactSystem& system);
   void put(const Block& block, const Place& place);
-  template <typename Sweep>
-  void sweep_phase(std::size_t phase, const Sweep& sweep);
-  Scalar change_sq();
-
-  // Consecutive groups.
-  struct Region {
-    std::size_t phase = 0;
-    int first = 0;
-    int count = 0;
-  };
+  Scalar change_sq() const;
 
   const SweepKernels* kernels_;
-  SharedLoops loops_;
-  BodyParts parts_;
-  std::vector<Region> regions_;      // by phase
-  std::vector<Scalar> by_region_;    // a result each
-  std::vector<int> offset_of_body_;  // into y_
   std::vector<SweepGroup> groups_;
   std::vector<int> counts_;      // of contacts, by group
   std::vector<int> with_room_;   // by group: itself if it has room, or a later one to ask
   std::vector<int> next_group_;  // by body: the first one that it may be in
   std::vector<Place> places_;    // by block
-  // Six numbers a body, then six for the empty lanes of each region.
-  std::vector<double> y_, old_y_, step_y_;
+  std::vector<double> y_, old_y_, step_y_;  // six numbers a body, then six that nobody reads
   Scalar old_change_sq_ = 0;
 };
 

@@ -10,7 +10,7 @@ inline constexpr int kSweepWidth = 4;
 
 /// Contacts no two of which share a body that can be moved: Block and LocalContact of each, one
 /// lane apiece. Bodies are offsets into the velocities; lanes without a contact, and bodies that
-/// cannot be moved, have zeros and the offset of six numbers that no contact uses.
+/// cannot be moved, have zeros and the offset of six numbers that nobody reads.
 struct alignas(64) SweepGroup {
   double G_a[18][kSweepWidth];  ///< row by row
   double G_b[18][kSweepWidth];
@@ -33,11 +33,9 @@ struct alignas(64) SweepGroup {
 };
 
 struct SweepKernels {
-  /// Solves every contact with all others fixed, from the first group to the last, and changes the
-  /// velocities alike; keeps `before`. Returns the largest change of a velocity.
-  double (*forward)(SweepGroup* groups, int count, double* velocities);
-  /// The same from the last group to the first, without `before`.
-  double (*back)(SweepGroup* groups, int count, double* velocities);
+  /// Solves every contact with all others fixed, from the first group to the last and back, and
+  /// changes the velocities alike; keeps `before`. Returns the largest change of a velocity.
+  double (*sweep)(SweepGroup* groups, int count, double* velocities);
   /// ContactSystem::residual(). NaN if one of them is.
   double (*residual)(const SweepGroup* groups, int count, const double* velocities);
 };

@@ -193,30 +193,22 @@ DYOP_INLINE double largest_lane(L x) {
   return largest;
 }
 
-template <typename L>
-DYOP_INLINE L relax_group(SweepGroup& group, double* velocities, L largest) {
-  for (int first = 0; first < kSweepWidth; first += L::kCount) {
-    largest = larger(relax<L>(group, first, velocities), largest);
-  }
-  return largest;
-}
-
-static double forward_lanes(SweepGroup* groups, int count, double* velocities) {
+static double sweep_lanes(SweepGroup* groups, int count, double* velocities) {
   using L = FewLanes;
   L largest(0.0);
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
       for (int w = 0; w < kSweepWidth; ++w) groups[i].before[k][w] = groups[i].lambda[k][w];
     }
-    largest = relax_group(groups[i], velocities, largest);
+    for (int first = 0; first < kSweepWidth; first += L::kCount) {
+      largest = larger(relax<L>(groups[i], first, velocities), largest);
+    }
   }
-  return largest_lane(largest);
-}
-
-static double back_lanes(SweepGroup* groups, int count, double* velocities) {
-  using L = FewLanes;
-  L largest(0.0);
-  for (int i = count; i-- > 0;) largest = relax_group(groups[i], velocities, largest);
+  for (int i = count; i-- > 0;) {
+    for (int first = 0; first < kSweepWidth; first += L::kCount) {
+      largest = larger(relax<L>(groups[i], first, velocities), largest);
+    }
+  }
   return largest_lane(largest);
 }
 
@@ -268,6 +260,6 @@ static double residual_lanes(const SweepGroup* groups, int count, const double* 
 }  // namespace DYOP_LANES
 
 extern const SweepKernels DYOP_KERNEL(sweep_kernels);
-const SweepKernels DYOP_KERNEL(sweep_kernels) = {forward_lanes, back_lanes, residual_lanes};
+const SweepKernels DYOP_KERNEL(sweep_kernels) = {sweep_lanes, residual_lanes};
 
 }  // namespace dyop::contact_internal
