@@ -361,7 +361,7 @@ inline constexpr int kContactSlideLimit = 100;
 inline constexpr std::size_t kContactFewBodies = 2;
 
 /// Contacts and rows from which a problem is worth several threads, which take some ten microseconds
-/// to wake. Found by measurement. Used by ContactSolver.
+/// to wake. Used by ContactSolver.
 inline constexpr std::size_t kContactTeamBlocks = 400;
 
 /// A warm start is good if its residual is below this part of that without impulses: then Newton's

@@ -14,8 +14,8 @@
 namespace dyop::contact_internal {
 namespace {
 
-// Bodies from which a matrix is cut into branches, about so many, so that several threads have equal
-// shares of them. Found by measurement.
+// Bodies from which a matrix is cut into branches, and about how many, so that several threads get
+// equal shares.
 constexpr std::size_t kBranchBodies = 100;
 constexpr std::size_t kBranches = 16;
 

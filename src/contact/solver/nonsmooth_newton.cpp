@@ -129,7 +129,7 @@ bool NonsmoothNewton::step() {
   const SharedLoops& loops = system_->loops();
   assemble();
   if (!matrix_.factorise(loops)) return false;
-  matrix_.solve(y_step_, system_->loops());
+  matrix_.solve(y_step_, loops);
   loops.each(blocks.size(), [&](std::size_t i) {
     Law& law = laws_[i];
     law.step -= law.stiffness * velocity_of(blocks[i], y_step_);

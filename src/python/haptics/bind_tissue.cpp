@@ -12,7 +12,6 @@
 #include "python/glue/record.h"
 #include "python/haptics/mesh_fields.h"
 #include "python/haptics/python_session.h"
-#include "python/haptics/python_tissue.h"
 
 namespace dyop::python {
 namespace {

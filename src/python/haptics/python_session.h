@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "dyop/core/error.h"
+#include "dyop/haptics/haptic_runner.h"
 #include "dyop/haptics/haptic_session.h"
 #include "python/glue/arguments.h"
+#include "python/glue/derived.h"
 
 namespace dyop::python {
 
@@ -50,8 +52,35 @@ class PythonSession {
   std::atomic<bool> is_running_{false};
 };
 
+/// The interpreter's lock, while a model or function of Python is asked for tissue.
+class TissueCall {
+ public:
+  TissueCall() { ++depth(); }
+  ~TissueCall() { --depth(); }
+  TissueCall(const TissueCall&) = delete;
+  TissueCall& operator=(const TissueCall&) = delete;
+
+  /// Whether this thread is in such a call: it cannot wait for a runner to end, which may wait for
+  /// the call.
+  static bool is_running() { return depth() > 0; }
+
+ private:
+  static int& depth() {
+    thread_local int count = 0;
+    return count;
+  }
+  py::gil_scoped_acquire lock_;
+};
+
 /// A DevicePose, a pose, or a pair (quaternion, position) of any numbers, unchecked.
 DevicePose device_of(py::handle pose, const std::vector<Scalar>& angles);
 std::vector<DevicePose> devices_of(const py::iterable& poses);
 
 }  // namespace dyop::python
+
+namespace pybind11::detail {
+
+template <>
+struct type_caster<std::shared_ptr<dyop::TissueModel>> : KeepingCaster<dyop::TissueModel> {};
+
+}  // namespace pybind11::detail
