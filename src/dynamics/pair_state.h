@@ -32,8 +32,9 @@ inline PairKey ordered(std::uint32_t x, std::uint32_t y) {
 /// The lengths of one pair; see WorldOptions.
 struct PairLengths {
   Scalar target = 0;       // d*
-  Scalar rest_offset = 0;  // s
+  Scalar rest_offset = 0;  // s; less than usual in a close fit, see fit_rest_offsets()
   Scalar radius = 0;       // the smaller bounding radius
+  Scalar usual_rest_offset = 0;
   Scalar rest_gap() const { return target + rest_offset; }
   Scalar tolerance() const;  // for time_of_impact(), a fraction of the rest offset
 };

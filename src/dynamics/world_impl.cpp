@@ -75,6 +75,7 @@ dynamics_internal::PairLengths World::Impl::lengths_of(PairKey key) const {
   lengths.rest_offset = options.rest_offset.value_or(
       kRestOffsetTargets *
       (own == pair_target.end() && lengths.target > 0 ? lengths.target : usual));
+  lengths.usual_rest_offset = lengths.rest_offset;
   return lengths;
 }
 

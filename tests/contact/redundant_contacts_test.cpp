@@ -73,5 +73,39 @@ TEST(RedundantContacts, LetGoWhereTheyContradictOneAnother) {
   EXPECT_LE(factorisations, 12 * solves);  // recorded: 8.5 on average
 }
 
+// Between two walls that both ask it to come away from them: no impulses solve that, however large.
+// Without friction nothing bounds them, and beside huge ones what is missing vanishes in rounding.
+TEST(RedundantContacts, ThatPushAgainstEachOtherAreNotSolvedByHugeImpulses) {
+  std::mt19937_64 random(62);
+  ContactCascade cascade;
+  for (int k = 0; k < 60; ++k) {
+    ContactProblem problem;
+    const int boxes = 1 + k % 4;
+    problem.bodies = {ContactBody{}};
+    for (int i = 0; i < boxes; ++i) {
+      problem.bodies.push_back(box_body(Vector3(0.5, 0.5, 0.5), random_number(0.1, 10, random),
+                                        Matrix3::Identity(), Vector3(0, 0, -0.0981)));
+    }
+    const Scalar target = std::pow(10, random_number(-6, 0, random));
+    for (int i = 0; i <= boxes; ++i) {
+      for (const Scalar y : {-0.5, 0.5}) {
+        for (const Scalar z : {-0.5, 0.5}) {
+          PointContact& contact = problem.contacts.emplace_back();
+          contact.body_a = std::size_t(i);
+          contact.body_b = std::size_t((i + 1) % (boxes + 1));
+          contact.r_a_W = Vector3(i == 0 ? 0 : 0.5, y, z);
+          contact.r_b_W = Vector3(i == boxes ? 0 : -0.5, y, z);
+          contact.nhat_AB_W = Vector3::UnitX();
+          contact.friction = k % 3 == 0 ? 0 : random_number(0, 1, random);
+          contact.target = target;
+        }
+      }
+    }
+    const ContactReport report = cascade.solve(problem, {.tolerance = 1e-6 * target});
+    EXPECT_EQ(report.status, ContactStatus::NotConverged) << k;
+    EXPECT_GT(report.residual, 0.01 * target) << k;
+  }
+}
+
 }  // namespace
 }  // namespace dyop::testing

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "contact/solver/contact_law.h"
+#include "contact/solver/sweep_kernels.h"
 #include "core/assert.h"
 #include "core/tolerance.h"
 
@@ -352,7 +353,8 @@ Scalar ContactSystem::residual(const Block& block) const {
   const Scalar rho = 1 / block.weight;
   const Vector3& lambda = block.lambda;
   const Vector3 x(lambda[0] - rho * u[0], lambda[1] - rho * u[1], lambda[2] - rho * u[2]);
-  return (lambda - project(block, x, normal)).norm() * block.weight;
+  const Scalar away = (lambda - project(block, x, normal)).norm();
+  return (away + kResidualNoise * lambda.norm()) * block.weight;
 }
 
 Scalar ContactSystem::residual() const {

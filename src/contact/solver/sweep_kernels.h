@@ -8,6 +8,11 @@ namespace dyop::contact_internal {
 
 inline constexpr int kSweepWidth = 4;
 
+/// Rounding of a residual, relative to the impulse times its mobility. Without it a huge impulse
+/// would pass for a solution: what is missing vanishes beside it. Where targets contradict each
+/// other, such impulses are all that solvers find.
+inline constexpr double kResidualNoise = 0x1p-51;  // literal: 4 units of rounding
+
 /// Contacts no two of which share a body that can be moved: Block and LocalContact of each, one
 /// lane apiece. Bodies are offsets into the velocities; lanes without a contact, and bodies that
 /// cannot be moved, have zeros and the offset of six numbers that nobody reads.
@@ -36,7 +41,7 @@ struct SweepKernels {
   /// Solves every contact with all others fixed, from the first group to the last and back, and
   /// changes the velocities alike; keeps `before`. Returns the largest change of a velocity.
   double (*sweep)(SweepGroup* groups, int count, double* velocities);
-  /// ContactSystem::residual(). NaN if one of them is.
+  /// ContactSystem::residual(), rounding included. NaN if one of them is.
   double (*residual)(const SweepGroup* groups, int count, const double* velocities);
 };
 

@@ -236,7 +236,7 @@ DYOP_INLINE L residuals(const SweepGroup& group, int first, const double* veloci
     const L on_edge = i == 0 ? n : x[i] * shrink;
     away[i] = lambda[i] - select(is_inside, x[i], select(is_opposite, zero, on_edge));
   }
-  return sqrt(dot(away, away)) * weight;
+  return (sqrt(dot(away, away)) + L(kResidualNoise) * sqrt(dot(lambda, lambda))) * weight;
 }
 
 static double residual_lanes(const SweepGroup* groups, int count, const double* velocities) {

@@ -31,6 +31,10 @@ bool is_smooth_core(const Shape& shape) {
          static_cast<const ConvexShape&>(shape).core_surface() == nullptr;
 }
 
+bool is_mesh(const Shape& shape) {
+  return shape.kind() == ShapeKind::TriangleMesh;
+}
+
 Vector3 between(const Vector3& p, const Vector3& q) {
   return (p + q) / 2;
 }
@@ -68,6 +72,56 @@ std::optional<EndGap> rounded_end_gap(const ContactPoint& point, const Shape& a,
                 between(nearest.p_a + radius_a * n, nearest.p_b - radius_b * n)};
 }
 
+// Below this sine of the angle between two edges their common normal is no longer certain.
+constexpr Scalar kCrossingSine = 0.1;
+// A contact of two edges whose normal is theirs, not that of a face beside them.
+constexpr Scalar kCommonNormal = 1 - 1e-6;  // literal: cosine
+
+// Direction of an edge in its shape's frame, of any length.
+std::optional<Vector3> edge_direction(const Shape& shape, const Feature& feature) {
+  if (feature.kind != FeatureKind::Edge) return std::nullopt;
+  const TriangleMesh* mesh = nullptr;
+  if (shape.kind() == ShapeKind::TriangleMesh) {
+    mesh = &static_cast<const TriangleMesh&>(shape);
+  } else if (shape.kind() == ShapeKind::Convex) {
+    mesh = static_cast<const ConvexShape&>(shape).core_surface();
+  }
+  if (!mesh) return std::nullopt;
+  return mesh->vertices()[std::size_t(feature.vertices[1])] -
+         mesh->vertices()[std::size_t(feature.vertices[0])];
+}
+
+// Two edges that cross slide along each other, and their common normal turns with both: the gap is
+// that of the two lines.
+std::optional<EndGap> crossing_end_gap(const ContactPoint& point, const Shape& a,
+                                       const RigidPose& X_WA, const RigidPose& X_WA_end,
+                                       const Shape& b, const RigidPose& X_WB,
+                                       const RigidPose& X_WB_end) {
+  if (rounding_radius(a) + rounding_radius(b) > 0) return std::nullopt;
+  const auto edge_a = edge_direction(a, point.feature_a);
+  const auto edge_b = edge_direction(b, point.feature_b);
+  if (!edge_a || !edge_b) return std::nullopt;
+  const Vector3 along_a = edge_a->normalized();
+  const Vector3 along_b = edge_b->normalized();
+  const auto common_normal = [&](const RigidPose& X_a, const RigidPose& X_b) -> Vector3 {
+    return (X_a.rotation() * along_a).cross(X_b.rotation() * along_b);
+  };
+  const Vector3 before = common_normal(X_WA, X_WB);
+  const Vector3 after = common_normal(X_WA_end, X_WB_end);
+  const Scalar cosine = before.dot(point.nhat_AB_W);
+  if (!(std::min(before.norm(), after.norm()) > kCrossingSine)) return std::nullopt;
+  if (!(std::abs(cosine) > kCommonNormal * before.norm())) return std::nullopt;
+  const Vector3 n = (cosine > 0 ? after : Vector3(-after)).normalized();
+  const Vector3 p_a = X_WA_end * point.p_ACa;
+  const Vector3 p_b = X_WB_end * point.p_BCb;
+  const Vector3 u = X_WA_end.rotation() * along_a;
+  const Vector3 v = X_WB_end.rotation() * along_b;
+  const Vector3 apart = p_b - p_a;
+  const Scalar s = apart.cross(v).dot(after) / after.squaredNorm();
+  const Scalar t = apart.cross(u).dot(after) / after.squaredNorm();
+  return EndGap{n.dot(apart), between(p_a + s * u, p_b + t * v)};
+}
+
 // The end gap of a place on flat parts of curved surfaces. The place is where the point on the
 // border is; the normal belongs to the other side.
 EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPieces& pieces) {
@@ -79,10 +133,6 @@ EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPiec
 
 }  // namespace
 
-bool is_edge_pair(const ContactPoint& point) {
-  return point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
-}
-
 EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end) {
@@ -91,12 +141,16 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   if (contact_internal::is_flat_contact(point)) {
     return flat_end_gap(point, {shape_a, shape_b, X_WA, X_WB, X_WA_end, X_WB_end});
   }
-  if (is_smooth_core(shape_a) || is_smooth_core(shape_b)) {
+  const bool has_smooth = is_smooth_core(shape_a) || is_smooth_core(shape_b);
+  if (has_smooth && !is_mesh(shape_a) && !is_mesh(shape_b)) {
     // Their one contact slides over the surface: a distance query finds it.
     const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);
     if (result.lower > 0) return {result.upper, between(result.p_WCa, result.p_WCb)};
   } else if (const auto rounded = rounded_end_gap(point, shape_a, X_WA_end, shape_b, X_WB_end)) {
     return *rounded;
+  } else if (const auto crossing =
+                 crossing_end_gap(point, shape_a, X_WA, X_WA_end, shape_b, X_WB, X_WB_end)) {
+    return *crossing;
   }
   const Scalar radius_a = rounding_radius(shape_a);
   const Scalar radius_b = rounding_radius(shape_b);
@@ -114,6 +168,8 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
   } else {
     // Where edges cross is on both. Exact where the bodies do not slide on each other.
     end.p_W = between(core_a + radius_a * n_end, core_b - radius_b * n_end);
+    end.may_overstate =
+        point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
   }
   return end;
 }
@@ -245,16 +301,45 @@ constexpr std::size_t kSharedEnds = 2;
 using Searches = std::vector<std::optional<EndSearch>>;
 using MeasuredEnds = std::vector<std::optional<EndGap>>;
 
+// The contacts of a smooth body on a mesh, whose ends one search finds: those whose surfaces need not
+// be lifted apart. None if it was cut off; without contacts if there are too few of them.
+std::optional<std::vector<ContactPoint>> shared_search(const PairAtEnd& pair,
+                                                       const Searches& searches,
+                                                       Interrupt& interrupt,
+                                                       ContactWorkspace& workspace) {
+  std::vector<ContactPoint> found;
+  if (!is_smooth_core(pair.a) && !is_smooth_core(pair.b)) return found;
+  std::size_t count = 0;
+  Scalar reach = 0;
+  for (const auto& search : searches) {
+    if (!search || search->place.lift > 0) continue;
+    ++count;
+    reach = std::max(reach, search->place.reach);
+  }
+  if (count < kSharedEnds) return found;
+  if (!generate_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, reach, {}, workspace, found,
+                         &interrupt)) {
+    return std::nullopt;
+  }
+  return found;
+}
+
 std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
                                        std::span<const CurvedContact> contacts,
                                        const Searches& searches, Interrupt& interrupt,
                                        ContactWorkspace& workspace) {
   const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   MeasuredEnds ends(contacts.size());
+  const auto shared = shared_search(pair, searches, interrupt, workspace);
+  if (!shared) return std::nullopt;
   std::vector<ContactPoint> found;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!searches[k]) continue;
     const ContactPlace& place = searches[k]->place;
+    if (!shared->empty() && !(place.lift > 0)) {
+      ends[k] = end_among(*shared, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+      continue;
+    }
     const RigidPose X_WB = lifted(place, pair.X_WB);
     ContactGeneratorOptions options;
     options.region = place.region;
@@ -298,8 +383,10 @@ bool is_on_curved_surface(const ContactPoint& point, const BodyRecord& a, const 
   if (point.merged_way > 0) return true;
   const Shape& shape_a = shape_part(*a.definition.shape, point.key.a.piece);
   const Shape& shape_b = shape_part(*b.definition.shape, point.key.b.piece);
-  return (rounding_radius(shape_a) > 0 && shape_b.kind() == ShapeKind::TriangleMesh) ||
-         (rounding_radius(shape_b) > 0 && shape_a.kind() == ShapeKind::TriangleMesh);
+  const auto is_round = [](const Shape& shape) {
+    return rounding_radius(shape) > 0 || is_smooth_core(shape);
+  };
+  return (is_round(shape_a) && is_mesh(shape_b)) || (is_round(shape_b) && is_mesh(shape_a));
 }
 
 std::optional<MeasuredEnds> measured_end_gaps(const PairAtEnd& pair,

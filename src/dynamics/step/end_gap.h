@@ -21,13 +21,14 @@ struct EndGap {
   /// Where it is by then, in world; none where that is not known.
   std::optional<Vector3> p_W = {};
   bool is_smooth = false;  ///< that of a smooth curve, which no facet disturbs
+  /// Of two edges that are nearly parallel, or lie on faces: they may have slid past each other.
+  bool may_overstate = false;
 };
-
-bool is_edge_pair(const ContactPoint& point);
 
 /// The gap of a contact after both bodies have moved from its poses X_WA, X_WB to new ones: between
 /// the same features, where a face moves with its body and a rounded core is taken at its centre.
-/// Rounded points and edges against each other: the exact distance of these features.
+/// Rounded points and edges against each other: the exact distance of these features; edges that
+/// cross: that of their lines.
 EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end);

@@ -12,6 +12,7 @@
 #include "core/tolerance.h"
 #include "distance/pivot_seed.h"
 #include "dynamics/body_record.h"
+#include "dynamics/step/clearance_fit.h"
 #include "dynamics/step/ledger.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep.h"
@@ -639,6 +640,7 @@ IslandOutcome IslandRun::run() {
     if (must_stop()) break;
     prescribed_at_ = now_;
     find_contacts();
+    fit_rest_offsets(*this);
     const bool may_bounce = impact_count_ < kMostImpacts;
     if (resolve_impacts(*this, may_bounce)) {
       ++impact_count_;
@@ -653,7 +655,7 @@ IslandOutcome IslandRun::run() {
   for (RunPair& pair : pairs_) {
     PairState& state = *pair.state;
     const Scalar reach =
-        state.lengths.rest_gap() + kContactReachRestOffsets * state.lengths.rest_offset;
+        state.lengths.rest_gap() + kContactReachRestOffsets * state.lengths.usual_rest_offset;
     const auto points = state.points();
     state.has_contacts = outcome_.in_contact && pair.is_near &&
                          std::any_of(points.begin(), points.end(),
@@ -744,7 +746,7 @@ void IslandRun::find_contacts(RunPair& pair, const std::vector<Twist>& twists,
   };
   PairState& state = *pair.state;
   const PairLengths& lengths = state.lengths;
-  const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
+  const Scalar base = lengths.rest_gap() + kContactReachRestOffsets * lengths.usual_rest_offset;
   pair.is_near = false;
   // No reach is longer.
   if (state.gap_lower > std::max(state.reach, base + pair.most_reach)) return;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dynamics/step/self_stress.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "core/tolerance.h"
+#include "dynamics/step/nonnegative_fit.h"
 
 namespace dyop::dynamics_internal {
 namespace {
@@ -28,9 +28,9 @@ struct Generator {
   Eigen::VectorXd column;
 };
 
-// Least squares over impulses that push: | imbalance |^2 + | work + 1 |^2, by the active-set method
-// of [LawsonHanson1974]. Its columns are not listed beforehand: each time the best direction in the
-// cones is the next.
+// Least squares over impulses that push: | imbalance |^2 + | work + 1 |^2, by
+// NonnegativeFit. Its columns are not listed beforehand: each time the best direction in the cones
+// is the next.
 class StressSearch {
  public:
   StressSearch(const ContactProblem& problem, std::size_t movable);
@@ -45,17 +45,14 @@ class StressSearch {
                       const Vector3& j_bv_W, const Vector3& j_bw_W) const;
   Generator steepest(std::size_t contact) const;
   bool add_best();
-  bool fit();
-  void take_residual();
 
   const ContactProblem& problem_;
   std::size_t movable_;
   Scalar length_ = 0;  // mean lever arm: a torque over it counts like a force
   Scalar speed_ = 0;   // largest of given velocities, targets and sticking velocities
   std::vector<Scalar> stiffest_linear_, stiffest_angular_;
-  std::vector<Generator> used_;
-  Eigen::VectorXd weights_;
-  Eigen::VectorXd residual_;
+  std::vector<Generator> tried_;
+  NonnegativeFit fit_;
 };
 
 Scalar friction_of(const ContactProblem& problem, const PointContact& contact) {
@@ -63,8 +60,15 @@ Scalar friction_of(const ContactProblem& problem, const PointContact& contact) {
   return contact.ellipse ? std::min(contact.friction, contact.ellipse->across) : contact.friction;
 }
 
+// Work of -1.
+Eigen::VectorXd wanted_work(std::size_t movable) {
+  Eigen::VectorXd target = Eigen::VectorXd::Zero(Eigen::Index(6 * movable + 1));
+  target[target.size() - 1] = -1;
+  return target;
+}
+
 StressSearch::StressSearch(const ContactProblem& problem, std::size_t movable)
-    : problem_(problem), movable_(movable) {
+    : problem_(problem), movable_(movable), fit_(wanted_work(movable)) {
   for (std::size_t i = 0; i < movable; ++i) {
     stiffest_linear_.push_back(problem.bodies[i].inverse_mass_W.cwiseAbs().maxCoeff());
     stiffest_angular_.push_back(problem.bodies[i].inverse_inertia_W.cwiseAbs().maxCoeff());
@@ -152,23 +156,23 @@ Generator StressSearch::steepest(std::size_t contact) const {
   const bool resists_turning = entry.rolling_friction > 0 || entry.torsional_friction > 0;
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Vector3 axis = Vector3::Unit(k);
-    gradient[k] = impulse_at(contact, axis, Vector3::Zero()).column.dot(residual_);
+    gradient[k] = impulse_at(contact, axis, Vector3::Zero()).column.dot(fit_.residual());
     if (!resists_turning) continue;
-    turning[k] = impulse_at(contact, Vector3::Zero(), axis).column.dot(residual_);
+    turning[k] = impulse_at(contact, Vector3::Zero(), axis).column.dot(fit_.residual());
   }
   const Scalar spin = std::copysign(entry.torsional_friction, n.dot(turning));
   return impulse_at(contact, n + friction_of(problem_, entry) * unit_across(gradient),
                     entry.rolling_friction * unit_across(turning) + spin * n);
 }
 
-// Returns whether some impulse in the cones makes the residual smaller.
+// Returns whether some impulse in the cones has made the residual smaller.
 bool StressSearch::add_best() {
   std::optional<Generator> best;
-  Scalar most = kLeastImbalance * residual_.norm();
+  Scalar most = kLeastImbalance * fit_.residual().norm();
   const auto consider = [&](Generator candidate) {
     const Scalar norm = candidate.column.norm();
-    if (!(candidate.column.dot(residual_) > most * norm)) return;
-    most = candidate.column.dot(residual_) / norm;
+    if (!(candidate.column.dot(fit_.residual()) > most * norm)) return;
+    most = candidate.column.dot(fit_.residual()) / norm;
     best = std::move(candidate);
   };
   for (std::size_t i = 0; i < problem_.contacts.size(); ++i) consider(steepest(i));
@@ -179,56 +183,15 @@ bool StressSearch::add_best() {
     if (row.lower == -kInfinity) consider(impulse_of_row(i, -1));
   }
   if (!best) return false;
-  used_.push_back(std::move(*best));
-  weights_.conservativeResize(Eigen::Index(used_.size()));
-  weights_[weights_.size() - 1] = 0;
-  return true;
-}
-
-// The best weights >= 0 of the columns in use. Returns whether the last one keeps a weight.
-bool StressSearch::fit() {
-  while (!used_.empty()) {
-    Eigen::MatrixXd columns(residual_.size(), Eigen::Index(used_.size()));
-    for (std::size_t i = 0; i < used_.size(); ++i) {
-      columns.col(Eigen::Index(i)) = used_[i].column;
-    }
-    Eigen::VectorXd target = Eigen::VectorXd::Zero(residual_.size());
-    target[target.size() - 1] = -1;
-    const Eigen::VectorXd wanted = columns.colPivHouseholderQr().solve(target);
-    const Eigen::Index last = wanted.size() - 1;
-    if (!(wanted[last] > 0)) return false;
-    Scalar part = 1;
-    Eigen::Index first = last;  // to lose its weight on the way
-    for (Eigen::Index i = 0; i < last; ++i) {
-      if (wanted[i] > 0) continue;
-      const Scalar at = weights_[i] / (weights_[i] - wanted[i]);
-      if (at < part) first = i;
-      part = std::min(part, at);
-    }
-    weights_ += part * (wanted - weights_);
-    if (first == last) return true;
-    used_.erase(used_.begin() + first);
-    weights_.segment(first, last - first) = weights_.tail(last - first).eval();
-    weights_.conservativeResize(last);
-  }
-  return false;
-}
-
-void StressSearch::take_residual() {
-  residual_ = Eigen::VectorXd::Zero(Eigen::Index(6 * movable_ + 1));
-  residual_[residual_.size() - 1] = -1;
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    residual_ -= weights_[Eigen::Index(i)] * used_[i].column;
-  }
+  tried_.push_back(std::move(*best));
+  return fit_.add(tried_.back().column, tried_.size() - 1);
 }
 
 bool StressSearch::find(Scalar imbalance) {
   if (!(speed_ > 0 && length_ > 0)) return false;
-  take_residual();
   for (int k = 0; k < kMostColumns; ++k) {
-    if (!add_best() || !fit()) return false;
-    take_residual();
-    if (residual_.norm() < std::max(kLeastImbalance, imbalance)) return true;
+    if (!add_best()) return false;
+    if (fit_.residual().norm() < std::max(kLeastImbalance, imbalance)) return true;
   }
   return false;
 }
@@ -239,9 +202,9 @@ SelfStress StressSearch::stress() const {
   result.angular_impulses_W.resize(problem_.contacts.size(), Vector3::Zero());
   result.row_impulses.resize(problem_.rows.size(), 0);
   std::vector<Scalar> work(problem_.contacts.size(), 0);
-  for (std::size_t i = 0; i < used_.size(); ++i) {
-    const Generator& used = used_[i];
-    const Scalar weight = weights_[Eigen::Index(i)];
+  for (const NonnegativeFit::Column& column : fit_.columns()) {
+    const Generator& used = tried_[column.number];
+    const Scalar weight = column.weight;
     if (used.sign) {
       result.row_impulses[used.index] += weight * *used.sign;
     } else {

@@ -80,7 +80,7 @@ EndGap end_of_features(const SubstepProblem& substep, std::size_t contact, const
   const ContactPoint& point = substep.contacts()[contact].point;
   EndGap end =
       end_gap(point, *pair.a, poses.X_WA, poses.X_WA_end, *pair.b, poses.X_WB, poses.X_WB_end);
-  if (is_edge_pair(point)) end.gap = std::min(end.gap, substep.linear_gap(contact, tau));
+  if (end.may_overstate) end.gap = std::min(end.gap, substep.linear_gap(contact, tau));
   return end;
 }
 

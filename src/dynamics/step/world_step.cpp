@@ -253,7 +253,7 @@ void WorldStep::find_touching() {
     if (!a.is_dynamic() || !b.is_dynamic() || pair->has_contacts) continue;
     if (!is_examined(pair->key)) continue;
     const PairLengths& lengths = pair->lengths;
-    const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.rest_offset;
+    const Scalar reach = lengths.rest_gap() + kContactReachRestOffsets * lengths.usual_rest_offset;
     if (pair->gap_committed > reach) continue;
     pair->start_from_committed();
     measure_gap(*pair, a, a.X_WB(), b, b.X_WB(), reach);

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/clearance_fit.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+#include "dynamics/step/island.h"
+#include "dynamics/step/nonnegative_fit.h"
+
+namespace dyop::dynamics_internal {
+
+namespace {
+
+// Contacts whose normals are all within this cosine of one direction open along it.
+constexpr Scalar kOneSided = 1e-2;
+// Over the largest demand: what is left of it after a thousand times as much motion.
+constexpr Scalar kLeastResidual = 1e-3;
+constexpr Scalar kLeastGain = 1e-9;  // literal: rounding
+constexpr int kMostColumns = 60;
+
+bool is_one_sided(std::span<const GapDemand> demands) {
+  Vector3 sum = Vector3::Zero();
+  for (const GapDemand& demand : demands) sum += demand.nhat_W;
+  const Scalar least = kOneSided * sum.norm();
+  return std::all_of(demands.begin(), demands.end(),
+                     [&](const GapDemand& demand) { return demand.nhat_W.dot(sum) > least; });
+}
+
+}  // namespace
+
+// By Farkas' lemma there is no such motion if and only if forces along the normals balance while
+// what they ask for adds up to more than nothing: a combination of the columns (force, torque over
+// a lever arm, demand) reaches (0, 0, 1). How near it comes tells how long the motion is.
+bool can_meet(std::span<const GapDemand> demands) {
+  Scalar most = 0;
+  Vector3 center = Vector3::Zero();
+  for (const GapDemand& demand : demands) {
+    most = std::max(most, demand.missing);
+    center += demand.p_W / Scalar(demands.size());
+  }
+  if (!(most > 0) || is_one_sided(demands)) return true;
+  Scalar length = 0;
+  for (const GapDemand& demand : demands) length = std::max(length, (demand.p_W - center).norm());
+  using Row = Eigen::Matrix<Scalar, 7, 1>;
+  std::vector<Row> rows;
+  for (const GapDemand& demand : demands) {
+    Row& row = rows.emplace_back(Row::Zero());
+    row.head<3>() = demand.nhat_W;
+    if (length > 0) row.segment<3>(3) = (demand.p_W - center).cross(demand.nhat_W) / length;
+    row[6] = demand.missing / most;
+  }
+  NonnegativeFit fit(Row::Unit(6));
+  for (int k = 0; k < kMostColumns; ++k) {
+    std::size_t best = rows.size();
+    Scalar gain = kLeastGain;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Scalar next = rows[i].dot(fit.residual()) / rows[i].norm();
+      if (next > gain) best = i;
+      gain = std::max(gain, next);
+    }
+    if (best == rows.size()) return true;  // the residual is such a motion
+    if (!fit.add(rows[best], best)) return true;
+    if (fit.residual().norm() < kLeastResidual) return false;
+  }
+  return true;
+}
+
+namespace {
+
+// Of the usual rest offset, the least: below, queries become long.
+constexpr Scalar kLeastFraction = 1. / 64;
+// A rest offset is changed if the room beyond the target distance is less, or more, than so many of
+// them. At first half of the room is used.
+constexpr Scalar kTooLittleRoom = 1.5;
+constexpr Scalar kEnoughRoom = 2;
+constexpr Scalar kAmpleRoom = 8;
+
+using RunPair = IslandRun::RunPair;
+
+// The contacts of one body with what surrounds it.
+struct Surroundings {
+  std::vector<const RunPair*> pairs;
+  std::vector<char> moves_a;  // by pair: the body is A
+
+  bool have_room(Scalar rest_offsets) const;
+  void fit() const;
+};
+
+bool Surroundings::have_room(Scalar rest_offsets) const {
+  std::vector<GapDemand> demands;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const PairState& state = *pairs[i]->state;
+    const Scalar least = state.lengths.target + rest_offsets * state.lengths.rest_offset;
+    for (const ContactPoint& point : state.points()) {
+      demands.push_back({moves_a[i] ? Vector3(-point.nhat_AB_W) : point.nhat_AB_W,
+                         (point.p_WCa + point.p_WCb) / 2, least - point.gap});
+    }
+  }
+  return can_meet(demands);
+}
+
+void Surroundings::fit() const {
+  const auto count = [](std::size_t sum, const RunPair* pair) {
+    return sum + pair->state->points().size();
+  };
+  if (std::accumulate(pairs.begin(), pairs.end(), std::size_t{0}, count) < 2) return;
+  const auto scale = [this](Scalar factor) {
+    bool may_go_on = true;
+    for (const RunPair* pair : pairs) {
+      PairLengths& lengths = pair->state->lengths;
+      const Scalar least = kLeastFraction * lengths.usual_rest_offset;
+      lengths.rest_offset =
+          std::clamp(factor * lengths.rest_offset, least, lengths.usual_rest_offset);
+      may_go_on = may_go_on && lengths.rest_offset > least;
+    }
+    return may_go_on;
+  };
+  const bool is_usual = std::all_of(pairs.begin(), pairs.end(), [](const RunPair* pair) {
+    return pair->state->lengths.rest_offset == pair->state->lengths.usual_rest_offset;
+  });
+  if (!have_room(kTooLittleRoom)) {
+    while (scale(0.5) && !have_room(kEnoughRoom)) continue;
+  } else if (!is_usual && have_room(kAmpleRoom)) {
+    scale(2);
+  }
+}
+
+bool is_ordinary(const RunPair& pair) {
+  return pair.is_near && !pair.state->overlaps && !pair.state->uncertified_gap;
+}
+
+}  // namespace
+
+void fit_rest_offsets(IslandRun& run) {
+  std::vector<Surroundings> fixed(run.members().size());
+  for (const RunPair& pair : run.pairs()) {
+    if (!is_ordinary(pair)) continue;
+    const auto is_static = [](const std::optional<std::size_t>& member, const BodyRecord& body) {
+      return !member && body.definition.kind == BodyKind::Static;
+    };
+    const bool static_a = is_static(pair.member_a, *pair.a);
+    if (static_a || is_static(pair.member_b, *pair.b)) {
+      Surroundings& around = fixed[static_a ? *pair.member_b : *pair.member_a];
+      around.pairs.push_back(&pair);
+      around.moves_a.push_back(!static_a);
+    } else {
+      Surroundings{{&pair}, {0}}.fit();
+    }
+  }
+  for (const Surroundings& around : fixed) around.fit();
+}
+
+}  // namespace dyop::dynamics_internal

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "dyop/core/types.h"
+
+namespace dyop::dynamics_internal {
+
+/// Least squares with weights >= 0, by the active-set method of [LawsonHanson1974]: the sum of
+/// weighted columns that is nearest to a target. The caller finds the columns, the best one first.
+class NonnegativeFit {
+ public:
+  struct Column {
+    Eigen::VectorXd values;
+    std::size_t number = 0;  ///< the caller's
+    Scalar weight = 0;
+  };
+
+  explicit NonnegativeFit(Eigen::VectorXd target)
+      : target_(std::move(target)), residual_(target_) {}
+
+  /// Adds a column and finds the best weights; columns that lose theirs are dropped. Returns false
+  /// if the new one gets none.
+  bool add(Eigen::VectorXd values, std::size_t number);
+  const std::vector<Column>& columns() const { return columns_; }
+  /// Target minus the weighted sum.
+  const Eigen::VectorXd& residual() const { return residual_; }
+
+ private:
+  bool fit();
+
+  Eigen::VectorXd target_;
+  Eigen::VectorXd residual_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace dyop::dynamics_internal
