@@ -10,14 +10,17 @@
 #include "dyop/toi/toi_result.h"
 #include "toi/best_first_search.h"
 #include "toi/rigid/rigid_pair.h"
+#include "toi/rigid/straight_impact.h"
 #include "toi/toi_check.h"
 #include "toi/toi_memory.h"
 
 namespace dyop {
 namespace {
 
+using distance_internal::BoxPair;
 using toi_internal::ImpactBand;
 using toi_internal::RigidPair;
+using toi_internal::RigidQuery;
 using toi_internal::ToiMemory;
 using toi_internal::ToiSubject;
 using toi_internal::WorkspaceUse;
@@ -29,22 +32,38 @@ ImpactBand band_of(const Shape& a, const Shape& b, const ToiOptions& options) {
           toi_internal::tolerance_of(options, a.bounding_radius(), b.bounding_radius())};
 }
 
+ToiResult search(const RigidQuery& query, ToiMemory& memory,
+                 std::span<const BoxPair> pairs = {&distance_internal::kRootPair, 1}) {
+  RigidPair pair(query.a, query.X_WA, query.b, query.X_WB, query.interval, query.band, pairs);
+  memory.subject =
+      ToiSubject(&query.a, &query.X_WA, &query.b, &query.X_WB, query.interval, query.options);
+  return RigidSearch(pair, query.interval, query.options, query.band, memory).run();
+}
+
 }  // namespace
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options) {
   toi_internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const ImpactBand band = band_of(a, b, options);
-  RigidPair pair(a, X_WA, b, X_WB, interval, band);
+  const RigidQuery query{a, X_WA, b, X_WB, interval, options, band};
+  if (auto result = toi_internal::straight_impact(query)) return *std::move(result);
   ToiMemory memory;
-  return RigidSearch(pair, interval, options, band, memory).run();
+  return search(query, memory);
 }
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
                          const TimeInterval& interval, const ToiOptions& options,
                          ToiWorkspace& workspace) {
-  return toi_internal::time_of_listed_impact(a, X_WA, b, X_WB, interval, options, workspace,
-                                             {&distance_internal::kRootPair, 1});
+  toi_internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
+  const WorkspaceUse use(workspace);
+  const ImpactBand band = band_of(a, b, options);
+  const RigidQuery query{a, X_WA, b, X_WB, interval, options, band};
+  if (auto result = toi_internal::straight_impact(query)) {
+    use.memory().forget();
+    return *std::move(result);
+  }
+  return search(query, use.memory());
 }
 
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,
@@ -66,9 +85,7 @@ ToiResult toi_internal::time_of_listed_impact(const Shape& a, const Motion& X_WA
   require_valid_query(a, X_WA, b, X_WB, interval, options);
   const WorkspaceUse use(workspace);
   const ImpactBand band = band_of(a, b, options);
-  RigidPair pair(a, X_WA, b, X_WB, interval, band, pairs);
-  use.memory().subject = ToiSubject(&a, &X_WA, &b, &X_WB, interval, options);
-  return RigidSearch(pair, interval, options, band, use.memory()).run();
+  return search({a, X_WA, b, X_WB, interval, options, band}, use.memory(), pairs);
 }
 
 namespace {

@@ -50,6 +50,13 @@ struct ToiMemory {
   bool is_unfinished = false;
   Scalar standing_time = 0;  // of an unfinished query: the current time of the sides
   std::atomic<bool> is_in_use{false};
+
+  /// As after a query that ended decided and left nothing to the next one.
+  void forget() {
+    is_unfinished = false;
+    start.count = 0;
+    seed.count = 0;
+  }
 };
 
 /// Reserves a workspace for one query.

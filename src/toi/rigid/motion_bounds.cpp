@@ -29,15 +29,20 @@ Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar 
 }
 
 // A body is never farther from where it begins than its speed allows.
+Scalar largest_distance(Scalar origins, const TwistBound& a, const TwistBound& b,
+                        const TimeInterval& interval) {
+  const Scalar moved = times(a.linear_speed + b.linear_speed, interval.length());
+  // literal: more than the rounding of the bound
+  return (origins + moved) * (1 + 1e-9);
+}
+
 Scalar extent_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,
                  const TimeInterval& interval) {
   if (!as_half_space(shape)) return kInfinity;
   const Vector3 begin =
       X_WO.pose(interval.begin).translation() - X_WS.pose(interval.begin).translation();
-  const Scalar speed =
-      X_WS.twist_bound(interval).linear_speed + X_WO.twist_bound(interval).linear_speed;
-  // literal: more than the rounding of the bound
-  const Scalar apart = (begin.norm() + times(speed, interval.length())) * (1 + 1e-9);
+  const Scalar apart = largest_distance(begin.norm(), X_WS.twist_bound(interval),
+                                        X_WO.twist_bound(interval), interval);
   return geometry_internal::extent_beside(shape, other, apart);
 }
 

@@ -31,6 +31,10 @@ namespace dyop::toi_internal {
 DYOP_EXPORT Scalar largest_coordinate(const Motion& motion, const TwistBound& bound, Scalar radius,
                                       const TimeInterval& interval);
 
+/// A bound on the distance of two bodies' origins over an interval at whose begin it is `origins`.
+Scalar largest_distance(Scalar origins, const TwistBound& a, const TwistBound& b,
+                        const TimeInterval& interval);
+
 /// Within which distance of its frame's origin a half-space matters in a query against another
 /// shape over an interval: see extent_beside(). Infinite for other shapes.
 Scalar extent_in(const Shape& shape, const Motion& X_WS, const Shape& other, const Motion& X_WO,

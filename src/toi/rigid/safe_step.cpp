@@ -67,11 +67,8 @@ Scalar first_root(Scalar c0, Scalar c1, Scalar c2, Scalar h) {
   return x * h * (1 - 32 * kUnitRoundoff);
 }
 
-namespace {
-
-// How long two points, p apart and moving by v relative to each other without acceleration, stay
-// more than `reach` apart, up to h: the first root of |p + s v|^2 - reach^2, with Bernstein
-// coefficients |p|^2 - reach^2, that plus h p.v, and |p + h v|^2 - reach^2.
+// The first root of |p + s v|^2 - reach^2, with Bernstein coefficients |p|^2 - reach^2, that plus
+// h p.v, and |p + h v|^2 - reach^2.
 Scalar safe_time_of_points(const Vector3& p, const Vector3& v, Scalar reach, Scalar h) {
   const Scalar closing = h * p.dot(v);
   const Scalar path = h * v.norm();
@@ -81,8 +78,6 @@ Scalar safe_time_of_points(const Vector3& p, const Vector3& v, Scalar reach, Sca
   if (!(c0 > 0)) return 0;
   return std::min(h, first_root(c0, c0 + closing, c0 + 2 * closing + path * path, h));
 }
-
-}  // namespace
 
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor) {
   const Vector3 p_AB_W = pair.b.p_WB - pair.a.p_WB;

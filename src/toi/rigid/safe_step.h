@@ -114,6 +114,10 @@ struct Slab {
       0;  ///< guess of the rate at which it shrinks: decides which times are tried first
 };
 
+/// How long two points, p apart and moving by v relative to each other without acceleration, stay
+/// more than `reach` apart, up to h, rounded down; 0 if they are not that far apart now.
+Scalar safe_time_of_points(const Vector3& p, const Vector3& v, Scalar reach, Scalar h);
+
 /// How long two balls about the body origins stay more than `floor` apart, within the horizon.
 /// Without acceleration exact up to rounding.
 Scalar safe_time_of_balls(const PairInstant& pair, Scalar radius_a, Scalar radius_b, Scalar floor);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "dyop/core/export.h"
+#include "dyop/toi/time_of_impact.h"
+#include "toi/impact_band.h"
+
+namespace dyop::toi_internal {
+
+/// A query of two rigid sides, as time_of_impact() gets it.
+struct RigidQuery {
+  const Shape& a;
+  const Motion& X_WA;
+  const Shape& b;
+  const Motion& X_WB;
+  const TimeInterval& interval;
+  const ToiOptions& options;
+  const ImpactBand& band;
+};
+
+/// Answers a query of two balls, or of a ball and a half-space, that move along straight lines at
+/// constant speed: the times at which the gap falls to a given length are roots of a quadratic.
+/// Balls may turn about their centres in any way. docs/algorithms/time_of_impact.md, "Balls on
+/// straight lines".
+///
+/// The promises, status and t_safe of the search, but a narrower [t_safe, t_hit]. Returns nothing
+/// for other shapes and motions, and for what only the search decides: contact at the start, a
+/// grazing pass, contacts in a list, a deadline, a stop.
+DYOP_EXPORT std::optional<ToiResult> straight_impact(const RigidQuery& query);
+
+}  // namespace dyop::toi_internal
