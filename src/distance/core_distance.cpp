@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 
+#include "core/simd_pair.h"
 #include "core/tolerance.h"
 #include "distance/point_search.h"
 #include "dyop/distance/triangle_distance.h"
@@ -160,12 +163,11 @@ std::int32_t corner_towards(const Vector3& q) {
   return number;
 }
 
-// The feature of a box that faces a point q in its frame. `beyond`: one bit per axis along which
-// the point lies outside.
-Feature box_feature(const Vector3& q, unsigned beyond) {
-  const std::int32_t corner = corner_towards(q);
+// The feature of a box on the side of a corner. `beyond`: one bit per axis along which what it
+// faces lies outside.
+constexpr Feature facing_feature(std::int32_t corner, unsigned beyond) {
   if (beyond == 7) return {FeatureKind::Vertex, {corner}};
-  std::int32_t others[2];
+  std::int32_t others[2] = {0, 0};
   int count = 0;
   for (int k = 0; k < 3; ++k) {
     if ((beyond >> k & 1U) == 0 && count < 2) others[count++] = corner ^ (1 << k);
@@ -173,10 +175,25 @@ Feature box_feature(const Vector3& q, unsigned beyond) {
   if (count == 1) {
     return {FeatureKind::Edge, {std::min(corner, others[0]), std::max(corner, others[0])}};
   }
-  // Half of the face: the corner nearest to the point and its two neighbours.
+  // Half of the face: the corner and its two neighbours.
   Feature feature{FeatureKind::Face, {corner, others[0], others[1]}};
   std::sort(feature.vertices.begin(), feature.vertices.end());
   return feature;
+}
+
+constexpr auto kFacingFeatures = [] {
+  std::array<std::array<Feature, 8>, 8> table{};
+  for (std::int32_t corner = 0; corner < 8; ++corner) {
+    for (unsigned beyond = 0; beyond < 8; ++beyond) {
+      table[static_cast<std::size_t>(corner)][beyond] = facing_feature(corner, beyond);
+    }
+  }
+  return table;
+}();
+
+// The feature of a box that faces a point q in its frame.
+const Feature& box_feature(const Vector3& q, unsigned beyond) {
+  return kFacingFeatures[static_cast<std::size_t>(corner_towards(q))][beyond];
 }
 
 unsigned bits_beyond(const Vector3& v) {
@@ -322,30 +339,48 @@ struct BoxesInOne {
   }
 };
 
-// The corner of a posed box that is nearest to the box of these half extents about the origin.
-// Corners are numbered as a box's vertices; `spokes` are the posed half axes.
-struct NearestCorner {
-  std::int32_t number = 0;
-  Scalar distance_sq = kInfinity;
+// The number of the least of some numbers >= 0, and the number itself but for its last digits: as
+// integers they keep their order, and leave room for a place. Which of them is the least is as good
+// as random, so a branch would be mispredicted.
+template <std::uint64_t kCount>
+struct LeastOf {
+  std::size_t place = 0;
+  std::uint64_t key = 0;
 
-  NearestCorner(const Vector3& center, const Matrix3& spokes, const Vector3& half) {
-    std::array<Scalar, 8> squares{};
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        const Scalar x = (corner & 1) != 0 ? spokes(k, 0) : -spokes(k, 0);
-        const Scalar y = (corner & 2) != 0 ? spokes(k, 1) : -spokes(k, 1);
-        const Scalar z = (corner & 4) != 0 ? spokes(k, 2) : -spokes(k, 2);
-        const Scalar beyond = std::max(std::abs(center[k] + x + y + z) - half[k], Scalar(0));
-        squares[corner] += beyond * beyond;
-      }
+  explicit LeastOf(const std::array<Scalar, kCount>& numbers) {
+    constexpr std::uint64_t kPlaces = std::bit_ceil(kCount) - 1;
+    std::array<std::uint64_t, kCount> keys;
+    for (std::uint64_t i = 0; i < kCount; ++i) {
+      keys[i] = (std::bit_cast<std::uint64_t>(numbers[i]) & ~kPlaces) | i;
     }
-    for (std::size_t corner = 0; corner < 8; ++corner) {
-      if (!(squares[corner] < distance_sq)) continue;
-      distance_sq = squares[corner];
-      number = static_cast<std::int32_t>(corner);
-    }
+    key = keys[0];
+    for (std::uint64_t i = 1; i < kCount; ++i) key = std::min(key, keys[i]);
+    place = key & kPlaces;
   }
 };
+
+// The corner of a posed box that is nearest to the box of these half extents about the origin, by
+// its number, with its squared distance. `spokes` are the posed half axes.
+LeastOf<8> nearest_corner(const Vector3& center, const Matrix3& spokes, const Vector3& half) {
+  using core_internal::LanePair;
+  // Two corners side by side, which differ in the first axis.
+  LanePair squares[4] = {LanePair(0), LanePair(0), LanePair(0), LanePair(0)};
+  for (int k = 0; k < 3; ++k) {
+    const LanePair along(center[k] - spokes(k, 0), center[k] + spokes(k, 0));
+    const LanePair y(spokes(k, 1));
+    const LanePair z(spokes(k, 2));
+    const LanePair low = along - y;
+    const LanePair high = along + y;
+    const LanePair corners[4] = {low - z, high - z, low + z, high + z};
+    for (int i = 0; i < 4; ++i) {
+      const LanePair beyond = larger(magnitude(corners[i]) - LanePair(half[k]), LanePair(0));
+      squares[i] = squares[i] + beyond * beyond;
+    }
+  }
+  std::array<Scalar, 8> numbers;
+  for (std::size_t i = 0; i < 4; ++i) squares[i].store(&numbers[2 * i]);
+  return LeastOf<8>(numbers);
+}
 
 Vector3 corner_of(const Vector3& half, std::int32_t number) {
   Vector3 corner = half;
@@ -355,9 +390,9 @@ Vector3 corner_of(const Vector3& half, std::int32_t number) {
   return corner;
 }
 
-// A corner of the second box at q, in the frame of the first; v leads there from the first.
-void finish_corner(const BoxesInOne& pair, std::int32_t corner, const Vector3& q,
-                   CorePoints& points) {
+// A corner of the second box, at q in the frame of the first; v leads there from the first.
+void finish_corner(const BoxesInOne& pair, std::int32_t corner, CorePoints& points) {
+  const Vector3 q = pair.t + pair.R * corner_of(pair.half_b, corner);
   const Vector3 v = beyond_box(q, pair.half_a);
   points.length = v.norm();
   unsigned beyond = bits_beyond(v);
@@ -388,30 +423,41 @@ struct FacingEdges {
   explicit FacingEdges(const BoxesInOne& pair) {
     const Matrix3& R = pair.R;
     const Matrix3 abs_R = R.cwiseAbs();
+    std::array<Scalar, 9> slabs;
+    std::array<Scalar, 9> alongs;
+    std::array<Scalar, 9> sines_sq;
+    std::array<Scalar, 9> nearness;
     for (int k = 0; k < 3; ++k) {
       const int k1 = (k + 1) % 3;
       const int k2 = (k + 2) % 3;
       for (int m = 0; m < 3; ++m) {
         const int m1 = (m + 1) % 3;
         const int m2 = (m + 2) % 3;
-        const Scalar sine_sq = R(k1, m) * R(k1, m) + R(k2, m) * R(k2, m);
-        const Scalar along = pair.t[k2] * R(k1, m) - pair.t[k1] * R(k2, m);
-        const Scalar slab = std::abs(along) - pair.half_a[k1] * abs_R(k2, m) -
-                            pair.half_a[k2] * abs_R(k1, m) - pair.half_b[m1] * abs_R(k, m2) -
-                            pair.half_b[m2] * abs_R(k, m1);
-        // literal: squared sine below which edges are parallel; corners then face each other.
-        if (!(slab > 0 && sine_sq > 1e-12)) continue;
-        const Scalar sine = std::sqrt(sine_sq);
-        if (!(slab > gap * sine)) continue;
-        gap = slab / sine;
-        i = k;
-        j = m;
-        const Scalar sign = along < 0 ? -1 / sine : 1 / sine;
-        nhat.setZero();
-        nhat[k1] = -sign * R(k2, m);
-        nhat[k2] = sign * R(k1, m);
+        const auto n = static_cast<std::size_t>(3 * k + m);
+        sines_sq[n] = R(k1, m) * R(k1, m) + R(k2, m) * R(k2, m);
+        alongs[n] = pair.t[k2] * R(k1, m) - pair.t[k1] * R(k2, m);
+        slabs[n] = std::abs(alongs[n]) - pair.half_a[k1] * abs_R(k2, m) -
+                   pair.half_a[k2] * abs_R(k1, m) - pair.half_b[m1] * abs_R(k, m2) -
+                   pair.half_b[m2] * abs_R(k, m1);
       }
     }
+    for (std::size_t n = 0; n < 9; ++n) {
+      const Scalar slab = std::max(slabs[n], Scalar(0));
+      // literal: squared sine below which edges are parallel; corners then face each other.
+      nearness[n] = (sines_sq[n] > 1e-12 ? sines_sq[n] : kInfinity) / (slab * slab);
+    }
+    const std::size_t n = LeastOf<9>(nearness).place;
+    if (!(nearness[n] < kInfinity)) return;
+    i = static_cast<int>(n / 3);
+    j = static_cast<int>(n % 3);
+    const Scalar sine = std::sqrt(sines_sq[n]);
+    gap = slabs[n] / sine;
+    const Scalar sign = std::copysign(1 / sine, alongs[n]);
+    const int k1 = (i + 1) % 3;
+    const int k2 = (i + 2) % 3;
+    nhat.setZero();
+    nhat[k1] = -sign * R(k2, j);
+    nhat[k2] = sign * R(k1, j);
   }
 };
 
@@ -451,16 +497,11 @@ bool box_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
   const BoxesInOne pair{a.R.transpose() * b.R, a.R.transpose() * (b.center - a.center), half_a,
                         half_b};
   const BoxesInOne turned{pair.R.transpose(), -(pair.R.transpose() * pair.t), half_b, half_a};
-  const NearestCorner of_b(pair.t, pair.R * half_b.asDiagonal(), half_a);
-  const NearestCorner of_a(turned.t, turned.R * half_a.asDiagonal(), half_b);
-  bool is_of_b = of_b.distance_sq <= of_a.distance_sq;
-  if (is_of_b) {
-    const Vector3 q = pair.t + pair.R * corner_of(half_b, of_b.number);
-    finish_corner(pair, of_b.number, q, points);
-  } else {
-    const Vector3 q = turned.t + turned.R * corner_of(half_a, of_a.number);
-    finish_corner(turned, of_a.number, q, points);
-  }
+  const LeastOf<8> of_b = nearest_corner(pair.t, pair.R * half_b.asDiagonal(), half_a);
+  const LeastOf<8> of_a = nearest_corner(turned.t, turned.R * half_a.asDiagonal(), half_b);
+  bool is_of_b = (of_b.key | 7) <= (of_a.key | 7);
+  const auto corner = static_cast<std::int32_t>(is_of_b ? of_b.place : of_a.place);
+  finish_corner(is_of_b ? pair : turned, corner, points);
   const Scalar size = pair.t.lpNorm<1>() + a.core.bounding_radius + b.core.bounding_radius;
   if (points.length > 0 && !(points.length - points.gap <= kPoseNoise / 2 * size)) {
     if (!edge_edge(pair, points)) return false;

@@ -14,7 +14,7 @@ PoseScale Motion::pose_scale(const TimeInterval& interval) const {
   const TwistBound bound = twist_bound(interval);
   const Scalar latest = std::max(std::abs(interval.begin), std::abs(interval.end));
   using motion_internal::times;
-  return {pose(interval.begin).translation().stableNorm() +
+  return {motion_internal::norm_of(pose(interval.begin).translation()) +
               times(bound.linear_speed, interval.length() + latest),
           1 + times(bound.angular_speed, latest)};
 }

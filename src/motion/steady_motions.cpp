@@ -58,7 +58,7 @@ TwistBound ConstantTwistMotion::twist_bound(const TimeInterval&) const {
 PoseScale ConstantTwistMotion::pose_scale(const TimeInterval& interval) const {
   const Scalar tau = motion_internal::longest_time(t0_, interval);
   using motion_internal::times;
-  return {X_WB0_.translation().stableNorm() + times(bound_.linear_speed, tau),
+  return {motion_internal::norm_of(X_WB0_.translation()) + times(bound_.linear_speed, tau),
           1 + times(bound_.angular_speed, tau)};
 }
 

@@ -40,6 +40,22 @@ ToiResult search(const RigidQuery& query, ToiMemory& memory,
   return RigidSearch(pair, query.interval, query.options, query.band, memory).run();
 }
 
+ToiResult search(const RigidQuery& query) {
+  ToiMemory memory;
+  return search(query, memory);
+}
+
+// In closed form where there is one.
+ToiResult impact_of_balls(const RigidQuery& query, ToiMemory* memory) {
+  ToiResult result;
+  if (!toi_internal::straight_impact(query, result)) {
+    result = memory ? search(query, *memory) : search(query);
+  } else if (memory) {
+    memory->forget();
+  }
+  return result;
+}
+
 }  // namespace
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
@@ -47,9 +63,7 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
   toi_internal::require_valid_query(a, X_WA, b, X_WB, interval, options);
   const ImpactBand band = band_of(a, b, options);
   const RigidQuery query{a, X_WA, b, X_WB, interval, options, band};
-  if (auto result = toi_internal::straight_impact(query)) return *std::move(result);
-  ToiMemory memory;
-  return search(query, memory);
+  return toi_internal::are_balls_or_plane(a, b) ? impact_of_balls(query, nullptr) : search(query);
 }
 
 ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
@@ -59,11 +73,8 @@ ToiResult time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b, con
   const WorkspaceUse use(workspace);
   const ImpactBand band = band_of(a, b, options);
   const RigidQuery query{a, X_WA, b, X_WB, interval, options, band};
-  if (auto result = toi_internal::straight_impact(query)) {
-    use.memory().forget();
-    return *std::move(result);
-  }
-  return search(query, use.memory());
+  return toi_internal::are_balls_or_plane(a, b) ? impact_of_balls(query, &use.memory())
+                                                : search(query, use.memory());
 }
 
 ToiResult resume_time_of_impact(const Shape& a, const Motion& X_WA, const Shape& b,

@@ -331,25 +331,26 @@ ToiResult searched(const Query& query) {
 
 void check(const Query& query, Counts& counts) {
   const ImpactBand band(query.options.target_distance, *query.options.distance_tolerance);
-  const auto result = straight_impact({*query.a.shape, *query.a.motion, *query.b.shape,
-                                       *query.b.motion, query.interval, query.options, band});
-  if (!result) {
+  ToiResult result;
+  if (!straight_impact({*query.a.shape, *query.a.motion, *query.b.shape, *query.b.motion,
+                        query.interval, query.options, band},
+                       result)) {
     ++counts.left;
     return;
   }
-  ++(result->status == ToiStatus::Impact ? counts.impacts : counts.separated);
-  counts.with_hit += result->t_hit.has_value();
-  const char* wrong = broken(query, band, *result);
+  ++(result.status == ToiStatus::Impact ? counts.impacts : counts.separated);
+  counts.with_hit += result.t_hit.has_value();
+  const char* wrong = broken(query, band, result);
   const ToiResult other = searched(query);
-  counts.same_bits += other.t_safe == result->t_safe;
-  if (other.status != result->status) {
+  counts.same_bits += other.t_safe == result.t_safe;
+  if (other.status != result.status) {
     ++counts.grazing;
     if (!wrong && !is_grazing(query, band, other)) wrong = "the search has another status";
   }
   if (!wrong) return;
   if (++counts.wrong <= 20) {
     std::printf("%s: %s, t_safe %.17g, allowance %g, tolerance %g; by search %s, t_safe %.17g\n",
-                wrong, name_of(result->status).data(), result->t_safe, result->rounding_allowance,
+                wrong, name_of(result.status).data(), result.t_safe, result.rounding_allowance,
                 band.tolerance, name_of(other.status).data(), other.t_safe);
   }
 }

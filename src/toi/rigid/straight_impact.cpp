@@ -29,6 +29,9 @@ struct CorePath {
 
 // One side of such a query.
 struct StraightBody {
+  StraightBody(const Shape& the_shape, const Motion& the_motion, const char* the_name)
+      : shape(static_cast<const ConvexShape&>(the_shape)), motion(the_motion), name(the_name) {}
+
   const ConvexShape& shape;
   const Motion& motion;
   const char* name;  // of the motion, in messages
@@ -70,9 +73,7 @@ Vector3 along_normal(const StraightBody& plane, const Vector3& v_W) {
 class StraightPair {
  public:
   explicit StraightPair(const RigidQuery& query)
-      : query_(query),
-        a_{static_cast<const ConvexShape&>(query.a), query.X_WA, kMotionOfA, {}, {}},
-        b_{static_cast<const ConvexShape&>(query.b), query.X_WB, kMotionOfB, {}, {}} {}
+      : query_(query), a_(query.a, query.X_WA, kMotionOfA), b_(query.b, query.X_WB, kMotionOfB) {}
 
   // False, with nothing known, if the search must decide.
   bool solve(ToiResult& result);
@@ -219,6 +220,8 @@ CoreKind kind_of(const Shape& shape) {
   return static_cast<const ConvexShape&>(shape).simple_core().kind;
 }
 
+}  // namespace
+
 bool are_balls_or_plane(const Shape& a, const Shape& b) {
   const CoreKind kind_a = kind_of(a);
   const CoreKind kind_b = kind_of(b);
@@ -226,18 +229,11 @@ bool are_balls_or_plane(const Shape& a, const Shape& b) {
   return kind_a == CoreKind::HalfSpace && kind_b == CoreKind::Point;
 }
 
-}  // namespace
-
-std::optional<ToiResult> straight_impact(const RigidQuery& query) {
-  std::optional<ToiResult> result;
+bool straight_impact(const RigidQuery& query, ToiResult& result) {
   const ToiOptions& options = query.options;
-  if (!are_balls_or_plane(query.a, query.b) || options.with_contacts || options.deadline ||
-      options.stop.stop_requested()) {
-    return result;
-  }
-  StraightPair pair(query);
-  if (!pair.solve(result.emplace())) result.reset();
-  return result;
+  const bool is_for_search =
+      options.with_contacts || options.deadline || options.stop.stop_requested();
+  return !is_for_search && StraightPair(query).solve(result);
 }
 
 }  // namespace dyop::toi_internal

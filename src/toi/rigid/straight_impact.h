@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
-
 #include "dyop/core/export.h"
 #include "dyop/toi/time_of_impact.h"
 #include "toi/impact_band.h"
@@ -20,14 +18,16 @@ struct RigidQuery {
   const ImpactBand& band;
 };
 
-/// Answers a query of two balls, or of a ball and a half-space, that move along straight lines at
-/// constant speed: the times at which the gap falls to a given length are roots of a quadratic.
-/// Balls may turn about their centres in any way. docs/algorithms/time_of_impact.md, "Balls on
-/// straight lines".
+/// Two balls, or a ball and a half-space.
+DYOP_EXPORT bool are_balls_or_plane(const Shape& a, const Shape& b);
+
+/// Answers a query of such shapes if they move along straight lines at constant speed: the times at
+/// which the gap falls to a given length are roots of a quadratic. Balls may turn about their
+/// centres in any way. docs/algorithms/time_of_impact.md, "Balls on straight lines".
 ///
-/// The promises, status and t_safe of the search, but a narrower [t_safe, t_hit]. Returns nothing
-/// for other shapes and motions, and for what only the search decides: contact at the start, a
-/// grazing pass, contacts in a list, a deadline, a stop.
-DYOP_EXPORT std::optional<ToiResult> straight_impact(const RigidQuery& query);
+/// The promises, status and t_safe of the search, but a narrower [t_safe, t_hit]. Returns false,
+/// with nothing known, for other motions, and for what only the search decides: contact at the
+/// start, a grazing pass, contacts in a list, a deadline, a stop.
+DYOP_EXPORT bool straight_impact(const RigidQuery& query, ToiResult& result);
 
 }  // namespace dyop::toi_internal

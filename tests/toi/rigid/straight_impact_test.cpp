@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <memory>
+#include <optional>
 
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
@@ -20,7 +20,10 @@ std::optional<ToiResult> in_closed_form(const Shape& a, const Motion& X_WA, cons
                                         ToiOptions options = {}) {
   options.distance_tolerance = kTolerance;
   const ImpactBand band(options.target_distance, kTolerance);
-  return straight_impact({a, X_WA, b, X_WB, interval, options, band});
+  ToiResult result;
+  if (!are_balls_or_plane(a, b)) return std::nullopt;
+  if (!straight_impact({a, X_WA, b, X_WB, interval, options, band}, result)) return std::nullopt;
+  return result;
 }
 
 // Centres 5 apart, radii 1 and 2, closing speed 2: they touch at t = 1.
