@@ -33,6 +33,7 @@ struct PlacedCore {
   const SimpleCore& core;
   const Matrix3& R;
   Vector3 center;
+  bool is_turned;  // R is not the identity
 
   Vector3 half() const { return R * core.half_extents; }  // of a segment
 };
@@ -383,11 +384,9 @@ LeastOf<8> nearest_corner(const Vector3& center, const Matrix3& spokes, const Ve
 }
 
 Vector3 corner_of(const Vector3& half, std::int32_t number) {
-  Vector3 corner = half;
-  for (int k = 0; k < 3; ++k) {
-    if ((number >> k & 1) == 0) corner[k] = -corner[k];
-  }
-  return corner;
+  constexpr Scalar kSigns[2] = {-1, 1};
+  return {kSigns[number & 1] * half[0], kSigns[number >> 1 & 1] * half[1],
+          kSigns[number >> 2 & 1] * half[2]};
 }
 
 // A corner of the second box, at q in the frame of the first; v leads there from the first.
@@ -494,8 +493,9 @@ bool edge_edge(const BoxesInOne& pair, CorePoints& points) {
 bool box_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
   const Vector3& half_a = a.core.half_extents;
   const Vector3& half_b = b.core.half_extents;
-  const BoxesInOne pair{a.R.transpose() * b.R, a.R.transpose() * (b.center - a.center), half_a,
-                        half_b};
+  const Vector3 between = b.center - a.center;
+  const BoxesInOne pair{a.is_turned ? Matrix3(a.R.transpose() * b.R) : b.R,
+                        a.is_turned ? Vector3(a.R.transpose() * between) : between, half_a, half_b};
   const BoxesInOne turned{pair.R.transpose(), -(pair.R.transpose() * pair.t), half_b, half_a};
   const LeastOf<8> of_b = nearest_corner(pair.t, pair.R * half_b.asDiagonal(), half_a);
   const LeastOf<8> of_a = nearest_corner(turned.t, turned.R * half_a.asDiagonal(), half_b);
@@ -507,15 +507,16 @@ bool box_box(const PlacedCore& a, const PlacedCore& b, CorePoints& points) {
     if (!edge_edge(pair, points)) return false;
     is_of_b = true;
   }
-  const Matrix3& R = is_of_b ? a.R : b.R;
-  const Vector3& origin = is_of_b ? a.center : b.center;
-  points.p_a = origin + R * points.p_a;
-  points.p_b = origin + R * points.p_b;
-  points.nhat = R * points.nhat;
-  if (is_of_b) return true;
-  std::swap(points.p_a, points.p_b);
-  std::swap(points.feature_a, points.feature_b);
-  points.nhat = -points.nhat;
+  const PlacedCore& first = is_of_b ? a : b;
+  const Scalar sign = is_of_b ? 1 : -1;
+  const Vector3 of_first = first.center + first.R * points.p_a;
+  const Vector3 of_second = first.center + first.R * points.p_b;
+  points.nhat = sign * (first.R * points.nhat);
+  points.p_a = is_of_b ? of_first : of_second;
+  points.p_b = is_of_b ? of_second : of_first;
+  const Feature features[2] = {points.feature_a, points.feature_b};
+  points.feature_a = features[is_of_b ? 0 : 1];
+  points.feature_b = features[is_of_b ? 1 : 0];
   return true;
 }
 
@@ -546,8 +547,8 @@ constexpr std::array<std::array<Form, kCoreKinds>, kCoreKinds> kForms{{
     {no_form, no_form, no_form, no_form, no_form},
 }};
 
-PlacedCore placed(const SimpleCore& core, const Matrix3& R, const Vector3& origin) {
-  return {core, R, core.is_centred ? origin : Vector3(origin + R * core.center)};
+PlacedCore placed(const SimpleCore& core, const Matrix3& R, const Vector3& origin, bool is_turned) {
+  return {core, R, core.is_centred ? origin : Vector3(origin + R * core.center), is_turned};
 }
 
 // The rounded shapes from their cores: bounds and witness points as gjk_distance() gives them.
@@ -583,8 +584,8 @@ bool core_distance(const SimpleCore& a, const SimpleCore& b, const CorePlaces& p
   // literal: fourth powers of lengths stay in the range of double; false for NaN.
   if (!(size > 0x1p-200 && size < 0x1p200)) return false;
   CorePoints points;
-  const PlacedCore placed_a = placed(a, places.R_FA, Vector3::Zero());
-  if (!form(placed_a, placed(b, places.R_FB, places.p_AB_F), points)) return false;
+  const PlacedCore placed_a = placed(a, places.R_FA, Vector3::Zero(), !places.is_in_a);
+  if (!form(placed_a, placed(b, places.R_FB, places.p_AB_F, true), points)) return false;
   const Scalar noise = kPoseNoise * size;
   // The certificate; false for NaN. Shapes that overlap need none.
   const Scalar radii = a.rounding_radius + b.rounding_radius;

@@ -22,6 +22,7 @@ struct CorePlaces {
   const Matrix3& R_FA;
   const Matrix3& R_FB;
   Vector3 p_AB_F;
+  bool is_in_a = false;  ///< R_FA is the identity
 };
 
 /// The distance of two rounded simple cores in closed form, with both bounds, in frame F from the

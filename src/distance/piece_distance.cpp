@@ -26,7 +26,7 @@ PieceDistance convex_pieces(const ConvexShape& a, const ConvexShape& b, const Ri
                             const GjkGoal& goal, GjkSeed& seed) {
   static const Matrix3 kAxes = Matrix3::Identity();
   PieceDistance piece;
-  const CorePlaces places{kAxes, X_AB.rotation(), X_AB.translation()};
+  const CorePlaces places{kAxes, X_AB.rotation(), X_AB.translation(), true};
   if (core_distance(a.simple_core(), b.simple_core(), places, piece)) return piece;
   const GjkResult gjk = gjk_distance(a, b, X_AB, goal, seed);
   return {gjk, gjk.iterations};

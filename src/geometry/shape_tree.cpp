@@ -8,7 +8,7 @@
 
 namespace dyop::geometry_internal {
 
-ShapeTree::ShapeTree(const Shape& shape, Scalar extent) {
+ShapeTree::ShapeTree(const Shape& shape, Scalar extent, ConvexBox box) {
   switch (shape.kind()) {
     case ShapeKind::TriangleMesh:
       mesh_ = static_cast<const TriangleMesh*>(&shape);
@@ -19,11 +19,13 @@ ShapeTree::ShapeTree(const Shape& shape, Scalar extent) {
     case ShapeKind::Convex:
       if (const HalfSpace* half_space = as_half_space(shape)) {
         half_space_.emplace(half_space->within(extent));
-        set_half_space();
-        return;
+        convex_ = &*half_space_;
+      } else {
+        convex_ = static_cast<const ConvexShape*>(&shape);
+        rounding_ = convex_->rounding_radius();
       }
-      convex_ = static_cast<const ConvexShape*>(&shape);
-      set_convex();
+      set_one_leaf();
+      if (box == ConvexBox::Fitted) half_space_ ? set_half_space() : set_convex();
       return;
     case ShapeKind::Compound:
       compound_ = &static_cast<const CompoundShape&>(shape).tree();
@@ -44,7 +46,6 @@ LeafPiece ShapeTree::compound_piece(std::int32_t leaf) const {
 
 // A tree of one box, around the core: the ball reaches as far beyond it along every axis.
 void ShapeTree::set_convex() {
-  rounding_ = convex_->rounding_radius();
   const AlignedBox bounds = convex_->bounding_box();
   OrientedBox box;
   box.center = bounds.center();
@@ -58,7 +59,6 @@ void ShapeTree::set_convex() {
 
 // Upright on the plane, so that it ends there.
 void ShapeTree::set_half_space() {
-  convex_ = &*half_space_;
   const Scalar radius = half_space_->bounding_radius();
   const Scalar offset = half_space_->offset();
   OrientedBox box;
@@ -72,8 +72,11 @@ void ShapeTree::set_half_space() {
 
 void ShapeTree::set_one_box(const OrientedBox& box) {
   scale_ = MeshHierarchy::scale_of(box);
-  convex_node_ = {};  // the wide kernels read all columns
+  convex_node_.boxes = {};  // the wide kernels read all columns
   convex_node_.boxes.set_box(0, box, scale_);
+}
+
+void ShapeTree::set_one_leaf() {
   std::fill(std::begin(convex_node_.child), std::end(convex_node_.child), MeshHierarchy::kNothing);
   convex_node_.child[0] = -1;
   nodes_ = &convex_node_;

@@ -40,8 +40,12 @@ struct LeafPiece {
 /// the distance of what they hold.
 class DYOP_EXPORT ShapeTree {
  public:
+  /// Of a convex shape: without a box the tree is one leaf, whose box must not be asked for.
+  enum class ConvexBox { Fitted, None };
+
   /// @param extent Of a half-space: only its part within this distance of the origin matters.
-  explicit ShapeTree(const Shape& shape, Scalar extent = kInfinity);
+  explicit ShapeTree(const Shape& shape, Scalar extent = kInfinity,
+                     ConvexBox box = ConvexBox::Fitted);
   ShapeTree(const ShapeTree&) = delete;
   ShapeTree& operator=(const ShapeTree&) = delete;
 
@@ -102,6 +106,7 @@ class DYOP_EXPORT ShapeTree {
  private:
   void set_half_space();
   void set_convex();
+  void set_one_leaf();
   void set_one_box(const OrientedBox& box);
   LeafPiece compound_piece(std::int32_t leaf) const;
 

@@ -57,13 +57,13 @@ MotionBounds::MotionBounds(const Motion& motion, const TimeInterval& interval, B
     : motion_(motion), interval_(interval), whole_(motion.twist_bound(interval)) {
   is_uniform_ = (whole_.linear_acceleration == 0 && whole_.angular_acceleration == 0) ||
                 interval.length() <= 0;
-  has_pieces_ = !is_uniform_ && lookups == BoundLookups::Many;
-  if (!has_pieces_) return;
+  if (is_uniform_ || lookups == BoundLookups::Few) return;
+  pieces_.emplace();
   for (int i = 0; i < kPieces; ++i) {
     // Neighbours overlap only by rounding, and piece_at() is at most one piece off.
     const Scalar begin = interval.begin + interval.length() * i / kPieces;
     const Scalar end = interval.begin + interval.length() * (i + 1) / kPieces;
-    pieces_[static_cast<std::size_t>(i)] =
+    (*pieces_)[static_cast<std::size_t>(i)] =
         motion.twist_bound({std::max(begin, interval.begin), std::min(end, interval.end)});
   }
 }
@@ -75,12 +75,12 @@ int MotionBounds::piece_at(Scalar t) const {
 
 TwistBound MotionBounds::over(Scalar begin, Scalar end) const {
   if (is_uniform_) return whole_;
-  if (!has_pieces_) return motion_.twist_bound({begin, end});
+  if (!pieces_) return motion_.twist_bound({begin, end});
   const int first = piece_at(begin);
   // Rounding may put a time at a border into either neighbour.
   const int last = std::min(piece_at(end) + 1, kPieces - 1);
-  TwistBound bound = pieces_[static_cast<std::size_t>(std::max(first - 1, 0))];
-  for (int i = first; i <= last; ++i) bound = join(bound, pieces_[static_cast<std::size_t>(i)]);
+  TwistBound bound = (*pieces_)[static_cast<std::size_t>(std::max(first - 1, 0))];
+  for (int i = first; i <= last; ++i) bound = join(bound, (*pieces_)[static_cast<std::size_t>(i)]);
   if (bound.linear_acceleration < kInfinity && bound.angular_acceleration < kInfinity) return bound;
   // The twist may jump in one of the pieces, but not between begin and end.
   return motion_.twist_bound({begin, end});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "dyop/geometry/shape.h"
 #include "dyop/motion/motion.h"
@@ -70,8 +71,7 @@ class MotionBounds {
   TimeInterval interval_;
   TwistBound whole_;
   bool is_uniform_ = false;  // no acceleration anywhere: the whole bound fits every part
-  bool has_pieces_ = false;
-  std::array<TwistBound, kPieces> pieces_;
+  std::optional<std::array<TwistBound, kPieces>> pieces_;
 };
 
 }  // namespace dyop::toi_internal

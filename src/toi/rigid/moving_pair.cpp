@@ -199,6 +199,8 @@ bool MovingPair::is_closing(const PieceDistance& piece) const {
 TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const LeafPiece& piece_a,
                                                const LeafPiece& piece_b) const {
   const Vector3 n_W = now_.a.R_WB * piece.nhat_AB;
+  // Features that do not turn keep their directions.
+  if (now_.a.w_WB.isZero(0) && now_.b.w_WB.isZero(0)) return {n_W, Vector3::Zero()};
   for (const bool is_of_a : {true, false}) {
     const ConvexShape* convex = (is_of_a ? piece_a : piece_b).convex;
     if (!convex || !as_half_space(*convex)) continue;

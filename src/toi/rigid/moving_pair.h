@@ -24,12 +24,13 @@ inline constexpr const char* kMotionOfB = "time_of_impact: the motion of B";
 
 /// One of the two bodies of a query: its shape and its motion.
 struct MovingShape {
-  /// @param extent As for ShapeTree.
+  /// @param extent  As for ShapeTree.
+  /// @param lookups Few: two convex shapes, one pair of leaves, whose boxes nobody asks for.
   MovingShape(const Shape& the_shape, const Motion& the_motion, const TimeInterval& interval,
               Scalar extent, BoundLookups lookups, const char* the_name)
       : name(the_name),
         shape(the_shape),
-        tree(the_shape, extent),
+        tree(the_shape, extent, box_for(lookups)),
         is_ball(is_centred_ball(tree.convex())),
         radius((tree.convex() ? *tree.convex() : the_shape).bounding_radius()),
         motion(the_motion),
@@ -44,6 +45,11 @@ struct MovingShape {
   const Motion& motion;
   const bool is_trusted;  ///< the motion
   MotionBounds bounds;
+
+ private:
+  static ShapeTree::ConvexBox box_for(BoundLookups lookups) {
+    return lookups == BoundLookups::Few ? ShapeTree::ConvexBox::None : ShapeTree::ConvexBox::Fitted;
+  }
 };
 
 /// Largest distance of a point of a box from the origin of its frame, rounded up.

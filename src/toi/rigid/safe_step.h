@@ -64,20 +64,21 @@ struct TurningNormal {
 /// n + s k + s^2/2 m + remainder (docs/algorithms/time_of_impact.md).
 struct TurningDirection {
   Vector3 n_B;  ///< n, k and m in the body's frame
-  Vector3 k_B;
-  Vector3 m_B;
+  Vector3 k_B = Vector3::Zero();
+  Vector3 m_B = Vector3::Zero();
   Scalar third = 0;  ///< bound on the norm of the third derivative
   Scalar rate = 0;   ///< how fast n_B(s) can turn, radians per time
 
   TurningDirection(const BodyInstant& body, const TurningNormal& normal) {
     const Vector3& n_W = normal.n_W;
     const Vector3& w_W = body.w_WB;
+    n_B = body.R_WB.transpose() * n_W;
+    if (w_W.isZero(0) && normal.turn_W.isZero(0)) return;
     const Scalar w_norm = w_W.norm();
     const Scalar turn_norm = normal.turn_W.norm();
     const Vector3 relative_W = normal.turn_W - w_W;
     const Vector3 k_W = relative_W.cross(n_W);
     const Vector3 m_W = relative_W.cross(normal.turn_W.cross(n_W)) - w_W.cross(k_W);
-    n_B = body.R_WB.transpose() * n_W;
     k_B = body.R_WB.transpose() * k_W;
     m_B = body.R_WB.transpose() * m_W;
     rate = w_norm + turn_norm;
