@@ -180,6 +180,7 @@ struct Lanes {
   static DYOP_INLINE Lanes load(const float* from) {
     return _mm512_cvtps_pd(_mm256_loadu_ps(from));
   }
+  static DYOP_INLINE Lanes load(const double* from) { return _mm512_loadu_pd(from); }
   DYOP_INLINE void store(double* to) const { _mm512_storeu_pd(to, v); }
 
   friend DYOP_INLINE Lanes operator+(Lanes x, Lanes y) { return _mm512_add_pd(x.v, y.v); }

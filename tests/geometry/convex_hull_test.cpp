@@ -4,14 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "dyop/core/rigid_pose.h"
+#include "geometry/hull/quickhull.h"
 #include "support/inputs/mesh_generators.h"
+#include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
+#include "support/runnable_sets.h"
 
 namespace dyop {
 namespace {
@@ -177,6 +182,32 @@ TEST(ConvexHull, NamesTheBadPoint) {
             std::string::npos);
   EXPECT_NE(message({Vector3(2e60, 0, 0)}).find("beyond 1e+60: (2e+60"), std::string::npos)
       << message({Vector3(2e60, 0, 0)});
+}
+
+// Blocks of eight, parts of 128, equal points: the first of the farthest, on every instruction set.
+TEST(PointScan, FindsTheFirstFarthestPointOnEveryInstructionSet) {
+  std::mt19937_64 random(4);
+  for (const int count : {1, 2, 7, 8, 9, 31, 63, 64, 65, 127, 128, 129, 300}) {
+    const std::vector<Vector3> points = integer_points(count, 3, std::uint64_t(count));
+    for (const auto set : testing::runnable_sets()) {
+      const geometry_internal::PointScan scan(points, set);
+      for (int k = 0; k < 200; ++k) {
+        const Vector3 d = k % 2 == 0 ? testing::random_direction(random)
+                                     : Vector3(integer_points(1, 1, std::uint64_t(k))[0]);
+        const auto along = [&](const Vector3& p) {
+          return p.x() * d.x() + p.y() * d.y() + p.z() * d.z();
+        };
+        const auto first = std::max_element(
+            points.begin(), points.end(),
+            [&](const Vector3& p, const Vector3& q) { return along(p) < along(q); });
+        ASSERT_EQ(scan.farthest(d), first - points.begin()) << count;
+        ASSERT_EQ(scan.reach(d), along(*first));
+      }
+      const Vector3 no_direction(0, std::numeric_limits<Scalar>::quiet_NaN(), 0);
+      EXPECT_EQ(scan.farthest(no_direction), 0);
+      EXPECT_TRUE(std::isnan(scan.reach(no_direction)));
+    }
+  }
 }
 
 }  // namespace

@@ -6,8 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "core/instruction_set.h"
+#include "dyop/core/export.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/hull/point_scan.h"
 
 namespace dyop::geometry_internal {
 
@@ -43,10 +46,12 @@ class HullClimber {
   std::vector<std::int32_t> starts_;  // the farthest vertices along spread-out directions
 };
 
-// Finds farthest points of a fixed list by testing all of them, four at a time.
-class PointScan {
+// Finds farthest points of a fixed list by testing all of them, several at a time.
+class DYOP_EXPORT PointScan {
  public:
-  explicit PointScan(std::span<const Vector3> points);  // at least one
+  // At least one point.
+  explicit PointScan(std::span<const Vector3> points,
+                     core_internal::InstructionSet set = core_internal::best_instruction_set());
 
   // The first of the points with the largest computed direction . p; 0 if that is NaN.
   std::int32_t farthest(const Vector3& direction) const;
@@ -55,23 +60,12 @@ class PointScan {
   Scalar reach(const Vector3& direction) const;
 
  private:
-  static constexpr std::size_t kLanes = 4;
-  using Lanes = Eigen::Array<Scalar, kLanes, 1>;
+  // Calls visit(blocks, count, number of the first point).
+  template <typename Visit>
+  void for_each_part(const Visit& visit) const;
 
-  struct Block {
-    Lanes x;
-    Lanes y;
-    Lanes z;
-
-    Lanes along(const Vector3& d) const { return x * d.x() + y * d.y() + z * d.z(); }
-  };
-
-  static constexpr std::size_t kKeptBlocks = 32;
-
-  Scalar largest(const Vector3& direction) const;
-  std::int32_t farthest_of_many(const Vector3& direction) const;
-
-  std::vector<Block> blocks_;  // the last one is filled up with the last point
+  ScanKernels kernels_;
+  std::vector<ScanBlock> blocks_;  // the last one is filled up with the last point
 };
 
 }  // namespace dyop::geometry_internal
