@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
@@ -107,15 +108,23 @@ struct ContactPart {
   std::optional<std::int32_t> child;
 };
 
-std::vector<ContactPart> contact_parts(const Shape& shape) {
-  if (shape.kind() != ShapeKind::Compound) return {{shape, std::nullopt}};
-  std::vector<ContactPart> parts;
-  for (const geometry_internal::CompoundPart& part :
-       static_cast<const CompoundShape&>(shape).tree().parts) {
-    parts.push_back({part.shape(), std::int32_t(parts.size())});
+class ContactParts {
+ public:
+  explicit ContactParts(const Shape& shape) : whole_{shape, std::nullopt} {
+    if (shape.kind() != ShapeKind::Compound) return;
+    for (const geometry_internal::CompoundPart& part :
+         static_cast<const CompoundShape&>(shape).tree().parts) {
+      children_.push_back({part.shape(), std::int32_t(children_.size())});
+    }
   }
-  return parts;
-}
+  std::span<const ContactPart> all() const {
+    return children_.empty() ? std::span(&whole_, 1) : std::span(children_);
+  }
+
+ private:
+  ContactPart whole_;
+  std::vector<ContactPart> children_;  // of a compound
+};
 
 // What is left of the limits of a search.
 class ContactBudget {
@@ -466,8 +475,9 @@ std::vector<Contact> one_per_place(const std::vector<Contact>& contacts, Scalar 
 }
 
 bool comes_first(const Contact& x, const Contact& y) {
+  if (x.lower != y.lower) return x.lower < y.lower;
   const auto key = [](const Contact& c) {
-    return std::make_tuple(c.lower, c.p_WCa.x(), c.p_WCa.y(), c.p_WCa.z(), c.p_WCb.x(), c.p_WCb.y(),
+    return std::make_tuple(c.p_WCa.x(), c.p_WCa.y(), c.p_WCa.z(), c.p_WCb.x(), c.p_WCb.y(),
                            c.p_WCb.z(), c.feature_a.vertices, c.feature_b.vertices);
   };
   return key(x) < key(y);
@@ -537,8 +547,10 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
   ContactBudget budget(limits);
   std::vector<Contact> gathered;  // in frame A
   std::vector<Contact> nearest;   // in world, for parts without a surface
-  for (const ContactPart& part_a : contact_parts(a)) {
-    for (const ContactPart& part_b : contact_parts(b)) {
+  const ContactParts parts_a(a);
+  const ContactParts parts_b(b);
+  for (const ContactPart& part_a : parts_a.all()) {
+    for (const ContactPart& part_b : parts_b.all()) {
       const CoreSurface surface_a(part_a.shape);
       const CoreSurface surface_b(part_b.shape);
       if (!surface_a.mesh || !surface_b.mesh) {
