@@ -162,7 +162,7 @@ class Hdf5Dataset {
   Hdf5Handle select(std::uint64_t first, std::uint64_t count) const;
   std::uint64_t digest_of_rows(std::uint64_t first, std::uint64_t count) const;
   void find_digests();
-  void check_digests(std::uint64_t first, std::uint64_t count) const;
+  void check_digests(std::uint64_t first, std::uint64_t count, const void* rows) const;
   Hdf5Handle rows_in_memory(std::uint64_t count) const;
 
   Hdf5File* file_ = nullptr;
