@@ -25,6 +25,8 @@ using Json = nlohmann::json;
 constexpr std::size_t kManyBodies = 100;
 constexpr int kFine = 4;
 constexpr int kCoarse = 3;
+constexpr int kMoving =
+    2;  // many of them, while the picture moves, where there is no graphics card
 
 constexpr std::uint32_t kNoBody = ~std::uint32_t{0};
 
@@ -343,6 +345,20 @@ MotionRows motions_of(const PageScene& scene, const PageSpan& span) {
   return motions;
 }
 
+Json shape_json(ColumnBlock& block, const std::string& number, const Shape& shape, int fineness,
+                Scalar plate) {
+  const view_internal::ShapeSurface surface = view_internal::surface_of(shape, fineness, plate);
+  Json json = add_surface(block, "shape" + number, surface);
+  if (fineness == kCoarse) {
+    const auto moving = view_internal::surface_of(shape, kMoving, plate);
+    if (moving.triangles.size() < surface.triangles.size()) {
+      json["moving"] = add_surface(block, "moving" + number, moving);
+    }
+  }
+  if (Json form = form_json(shape); !form.empty()) json["form"] = std::move(form);
+  return json;
+}
+
 // Their shapes are numbered from 0 in the block, and each is stored once.
 void write_bodies(ColumnBlock& block, Json& header, const std::vector<PageBody>& bodies,
                   int fineness) {
@@ -354,11 +370,7 @@ void write_bodies(ColumnBlock& block, Json& header, const std::vector<PageBody>&
     const auto [entry, is_new] = numbers.try_emplace(body.shape.get(), numbers.size());
     if (is_new) {
       header["shapes"].push_back(
-          add_surface(block, "shape" + std::to_string(entry->second),
-                      view_internal::surface_of(*body.shape, fineness, plate)));
-      if (Json form = form_json(*body.shape); !form.empty()) {
-        header["shapes"].back()["form"] = std::move(form);
-      }
+          shape_json(block, std::to_string(entry->second), *body.shape, fineness, plate));
     }
     header["bodies"].push_back(body_json(body, entry->second, plate));
   }

@@ -230,6 +230,63 @@ class TouchFinder {
   PairMap<Last> last_;
 };
 
+// What a frame says of the pairs that were near.
+struct NearPairs {
+  TimeInterval frame;
+  std::vector<PairRecord> pairs;
+};
+
+// The last record of a pair whose bodies both rest, and its frame.
+using RestingPair = std::pair<PairRecord, TimeInterval>;
+
+// Only the nearest pair of a frame is drawn.
+void drop_places(std::vector<PageGap>& gaps, std::size_t first) {
+  const auto is_drawn = [](const PageGap& gap) { return gap.witness_W || gap.pivot_W; };
+  const PageGap* nearest = nullptr;
+  for (std::size_t k = first; k < gaps.size(); ++k) {
+    if (is_drawn(gaps[k]) && !(nearest != nullptr && nearest->upper <= gaps[k].upper)) {
+      nearest = &gaps[k];
+    }
+  }
+  for (std::size_t k = first; k < gaps.size(); ++k) {
+    if (&gaps[k] == nearest || gaps[k].is_resting) continue;
+    gaps[k].witness_W.reset();
+    gaps[k].pivot_W.reset();
+  }
+}
+
+// What a chunk holds; its rows of pairs are made where it is encoded, in another thread.
+struct ChunkRows {
+  TimeInterval time;
+  std::vector<PageSegment> segments;
+  std::vector<RestingPair> resting;         // at its begin
+  std::shared_ptr<const NearPairs> before;  // of the frame that ends there; null: none
+  std::vector<std::shared_ptr<const NearPairs>> frames;
+  std::size_t contact_count = 0;
+
+  std::size_t rows() const { return segments.size() + contact_count; }
+
+  PageSpan span() const {
+    PageSpan span;
+    span.segments = segments;
+    span.frames.resize(frames.size());
+    for (const auto& [pair, frame] : resting) view_internal::add_pair(pair, frame, span);
+    if (before != nullptr) add(*before, span, true);
+    for (const auto& near : frames) add(*near, span, false);
+    return span;
+  }
+
+ private:
+  static void add(const NearPairs& near, PageSpan& span, bool is_before) {
+    const std::size_t first = span.gaps.size();
+    for (const PairRecord& pair : near.pairs) {
+      if (is_before && pair.proof == ProofKind::AtRest) continue;  // among those at rest
+      view_internal::add_pair(pair, near.frame, span);
+    }
+    drop_places(span.gaps, first);
+  }
+};
+
 // Reads a recording frame by frame and divides it into blocks. Of a large run, motions, gaps and
 // contacts go into chunks that the page reads one by one.
 class RecordedPage {
@@ -240,19 +297,32 @@ class RecordedPage {
         encoder_(scene_of(reader, file, options)),
         touches_(reader.interval().begin),
         cursors_(reader.bodies().size()) {
-    choose_pairs(options);
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       rows_ += reader_.segment_count(BodyId(slot));
     }
     DYOP_REQUIRE(options.rows_of_chunk >= 1, "rows_of_chunk must be positive, not ",
                  options.rows_of_chunk);
     rows_of_chunk_ = std::size_t(options.rows_of_chunk);
-    is_large_ = rows_ > std::size_t(std::max<std::int64_t>(0, options.most_rows));
+    pair_count_ = std::size_t(std::max(0, options.gap_pairs));
+    const auto samples = std::size_t(std::max(1, options.gap_samples));
+    frames_of_sample_ = (reader_.frames().size() + samples - 1) / samples;
+    const auto most_rows = std::size_t(std::max<std::int64_t>(0, options.most_rows));
+    // Pairs of a large run are many, and read once.
+    is_large_ = rows_ > most_rows;
+    if (is_large_) return;
+    const PairMap<Least> least = least_gaps();
+    is_large_ = rows_ > most_rows;
+    for (const auto& [name, gap] : nearest_pairs(least)) measured_[name] = {};
   }
 
   std::vector<std::string> blocks() { return is_large_ ? blocks_of_large() : blocks_of_ordinary(); }
 
  private:
+  struct Least {
+    Scalar gap = 0;
+    std::size_t frame = 0;  // of the run: where it is
+  };
+
   struct Cursor {
     std::size_t next = 0;
     TimeInterval interval;
@@ -268,6 +338,7 @@ class RecordedPage {
     std::size_t limit = kSegmentsOfFirstBlock;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
       add_frame(k);
+      add_pairs(k, reader_.frames()[k].interval);
       if (span_.segments.size() + span_.contacts.size() < limit) continue;
       emit();
       limit = kSegmentsOfBlock;
@@ -283,33 +354,26 @@ class RecordedPage {
     const std::size_t count = reader_.frames().size();
     const std::size_t every = (count + kOutlines - 1) / kOutlines;
     PageSpan whole;
-    Scalar begin = reader_.interval().begin;
+    ChunkRows chunk;
+    chunk.time.begin = reader_.interval().begin;
     for (std::size_t k = 0; k < count; ++k) {
       const TimeInterval frame = reader_.frames()[k].interval;
       add_frame(k);
       if (k == 0) outlines_.add(frame.begin, first_poses());
       if (k % every == 0 || k + 1 == count) outlines_.add(frame.end, poses_at(frame.end));
-      const std::size_t first_gap = chunk_.gaps.size();
-      const std::size_t first_contact = chunk_.contacts.size();
-      move_to_chunk();
-      PageSpan rest = std::exchange(span_, {});
-      // The next frame has about as many gaps: their memory serves again.
-      span_.gaps = std::exchange(rest.gaps, std::vector<PageGap>(rest.gaps));
-      span_.gaps.clear();
-      append(whole, std::move(rest));
-      if (chunk_.segments.size() + chunk_.contacts.size() < rows_of_chunk_ && k + 1 < count) {
-        continue;
-      }
-      PageSpan next = carried_over(std::span(chunk_.gaps).subspan(first_gap),
-                                   std::span(chunk_.contacts).subspan(first_contact));
-      blocks.add([this, time = TimeInterval{begin, frame.end},
-                  chunk_span = std::exchange(chunk_, std::move(next))] {
-        return encoder_.chunk(time, chunk_span);
+      move_segments(chunk);
+      note_pairs(chunk, k);
+      append(whole, std::exchange(span_, {}));
+      if (chunk.rows() < rows_of_chunk_ && k + 1 < count) continue;
+      chunk.time.end = frame.end;
+      ChunkRows next = rows_after(chunk);
+      blocks.add([this, rows = std::exchange(chunk, std::move(next))] {
+        return encoder_.chunk(rows.time, rows.span());
       });
-      begin = frame.end;
     }
     add_end();
     append(whole, std::exchange(span_, {}));
+    measure_nearest(whole);
     std::vector<std::string> result{encoder_.head(), encoder_.span(outlines_.span())};
     for (std::string& block : blocks.take()) result.push_back(std::move(block));
     if (!impulses_.empty()) {
@@ -321,56 +385,90 @@ class RecordedPage {
     return result;
   }
 
-  // The part of one frame of span_ that goes into a chunk; the page keeps the nearest pairs' gaps.
-  void move_to_chunk() {
-    PageSpan part;
-    part.frames = span_.frames;
-    part.segments = std::exchange(span_.segments, {});
-    part.contacts = std::exchange(span_.contacts, {});
-    for (const PageContact& contact : part.contacts) {
-      const Scalar size = contact.impulse_W.norm();
-      if (size > 0) impulses_.push_back(float(size));
+  void move_segments(ChunkRows& chunk) {
+    for (PageSegment& segment : span_.segments) chunk.segments.push_back(std::move(segment));
+    span_.segments.clear();
+  }
+
+  // Reads the pairs of a frame into a chunk, and finds what the page says of all of the run.
+  void note_pairs(ChunkRows& chunk, std::size_t k) {
+    const TimeInterval frame = reader_.frames()[k].interval;
+    auto near = std::make_shared<const NearPairs>(NearPairs{frame, reader_.pairs(k)});
+    for (const PairRecord& pair : near->pairs) {
+      const PairName name{pair.a.slot, pair.b.slot};
+      const auto [entry, is_new] = least_.try_emplace(name, Least{pair.gap_lower, k});
+      if (pair.gap_lower < entry->second.gap) entry->second = {pair.gap_lower, k};
+      if (pair.proof == ProofKind::AtRest) {
+        resting_.insert_or_assign(name, std::pair(pair, frame));
+      } else if (!resting_.empty()) {
+        resting_.erase(name);
+      }
+      if (pair.contacts.empty()) continue;
+      chunk.contact_count += pair.contacts.size();
+      touches_.add_contact(pair, frame, span_);
+      for (const PairContact& contact : pair.contacts) {
+        const Scalar size = contact.impulse_W.norm();
+        if (size > 0) impulses_.push_back(float(size));
+      }
     }
-    for (const PageGap& gap : span_.gaps) {
-      const PairName name{gap.a.slot, gap.b.slot};
-      resting_.erase(name);
-      if (gap.is_resting) resting_[name].gap = gap;
-    }
-    for (const PageContact& contact : part.contacts) {
-      const auto found = resting_.find({contact.a.slot, contact.b.slot});
-      if (found != resting_.end()) found->second.contacts.push_back(contact);
-    }
-    chunk_.gaps.insert(chunk_.gaps.end(), span_.gaps.begin(), span_.gaps.end());
-    std::erase_if(span_.gaps, [&](const PageGap& gap) {
-      return !measured_.contains({gap.a.slot, gap.b.slot});
-    });
-    append(chunk_, std::move(part));
+    chunk.frames.push_back(std::move(near));
+    if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
+    samples_.push_back({k, {}});
+    for (const Cursor& cursor : cursors_) samples_.back().second.push_back(cursor.next);
   }
 
   // A chunk begins with where bodies are, what rests, and the gaps and contacts of the frame before.
-  PageSpan carried_over(std::span<const PageGap> gaps,
-                        std::span<const PageContact> contacts) const {
-    PageSpan chunk;
-    chunk.gaps.reserve(chunk_.gaps.size() + gaps.size());
+  ChunkRows rows_after(const ChunkRows& chunk) const {
+    ChunkRows next;
+    next.time.begin = chunk.time.end;
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       const Cursor& cursor = cursors_[slot];
       if (cursor.next == 0) continue;
-      chunk.segments.push_back({BodyId(slot), cursor.interval, cursor.motion});
+      next.segments.push_back({BodyId(slot), cursor.interval, cursor.motion});
     }
     for (const auto& [name, pair] : resting_) {
-      chunk.gaps.push_back(pair.gap);
-      chunk.contacts.insert(chunk.contacts.end(), pair.contacts.begin(), pair.contacts.end());
+      next.resting.push_back(pair);
+      next.contact_count += pair.first.contacts.size();
     }
-    for (const PageGap& gap : gaps) {
-      if (!gap.is_resting) chunk.gaps.push_back(gap);
+    next.before = chunk.frames.back();
+    for (const PairRecord& pair : next.before->pairs) {
+      if (pair.proof != ProofKind::AtRest) next.contact_count += pair.contacts.size();
     }
-    for (const PageContact& contact : contacts) {
-      if (!resting_.contains({contact.a.slot, contact.b.slot})) chunk.contacts.push_back(contact);
+    return next;
+  }
+
+  // The pairs that come nearest, at the sampled frames and where each is nearest: the page draws
+  // their curves, and what was measured here is shown in place of what a chunk knows.
+  void measure_nearest(PageSpan& whole) {
+    for (const auto& [name, nearest] : nearest_pairs(least_)) {
+      DistanceCache cache;
+      const BodyId a(name.first);
+      const BodyId b(name.second);
+      for (const auto& [frame, next] : samples_) {
+        if (next[a.slot] == 0 || next[b.slot] == 0) continue;
+        const auto at_a = reader_.segment(a, next[a.slot] - 1).motion;
+        const auto at_b = reader_.segment(b, next[b.slot] - 1).motion;
+        if (at_a == nullptr || at_b == nullptr) continue;
+        const Scalar t = reader_.frames()[frame].interval.end;
+        measure(whole, t, a, at_a->pose(t), b, at_b->pose(t), cache);
+      }
+      const bool is_sampled = std::ranges::any_of(
+          samples_, [&](const auto& sample) { return sample.first == nearest.frame; });
+      if (is_sampled) continue;
+      const Scalar t = reader_.frames()[nearest.frame].interval.end;
+      measure(whole, t, a, reader_.pose(a, t), b, reader_.pose(b, t), cache);
     }
-    std::ranges::stable_sort(chunk.gaps, {}, [](const PageGap& gap) { return gap.t; });
-    std::ranges::stable_sort(chunk.contacts, {},
-                             [](const PageContact& contact) { return contact.interval.begin; });
-    return chunk;
+    std::ranges::stable_sort(whole.gaps, {}, &PageGap::t);
+  }
+
+  void measure(PageSpan& span, Scalar t, BodyId a, const RigidPose& X_WA, BodyId b,
+               const RigidPose& X_WB, DistanceCache& cache) const {
+    PageGap& gap = span.gaps.emplace_back();
+    gap.t = t;
+    gap.a = a;
+    gap.b = b;
+    view_internal::add_witness(gap, *encoder_.scene().bodies[a.slot].shape, X_WA,
+                               *encoder_.scene().bodies[b.slot].shape, X_WB, cache);
   }
 
   Outlines::Poses first_poses() const {
@@ -392,23 +490,31 @@ class RecordedPage {
     return poses;
   }
 
-  // The pairs with the smallest proven gaps, and how often they are measured.
-  void choose_pairs(const RecordedPageOptions& options) {
-    PairMap<Scalar> least;
+  // The smallest proven gap of each pair. Counts contacts as rows.
+  PairMap<Least> least_gaps() {
+    PairMap<Least> least;
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
       for (const NearPair& pair : reader_.near_pairs(k)) {
         rows_ += std::size_t(pair.contacts);
-        const auto [entry, is_new] = least.try_emplace({pair.a.slot, pair.b.slot}, pair.gap_lower);
-        if (!is_new) entry->second = std::min(entry->second, pair.gap_lower);
+        const Least gap{pair.gap_lower, k};
+        const auto [entry, is_new] = least.try_emplace({pair.a.slot, pair.b.slot}, gap);
+        if (gap.gap < entry->second.gap) entry->second = gap;
       }
     }
+    return least;
+  }
+
+  // Those with the smallest, of the number asked for.
+  std::map<PairName, Least> nearest_pairs(const PairMap<Least>& least) const {
     std::vector<std::pair<Scalar, PairName>> order;
-    for (const auto& [name, gap] : least) order.emplace_back(gap, name);
-    std::sort(order.begin(), order.end());
-    const auto count = std::min(order.size(), std::size_t(std::max(0, options.gap_pairs)));
-    for (std::size_t k = 0; k < count; ++k) measured_[order[k].second] = {};
-    const auto samples = std::size_t(std::max(1, options.gap_samples));
-    frames_of_sample_ = (reader_.frames().size() + samples - 1) / samples;
+    for (const auto& [name, gap] : least) order.emplace_back(gap.gap, name);
+    const std::size_t count = std::min(order.size(), pair_count_);
+    std::ranges::partial_sort(order, order.begin() + std::ptrdiff_t(count));
+    std::map<PairName, Least> nearest;
+    for (std::size_t k = 0; k < count; ++k) {
+      nearest[order[k].second] = least.at(order[k].second);
+    }
+    return nearest;
   }
 
   void add_frame(std::size_t k) {
@@ -441,7 +547,6 @@ class RecordedPage {
          ++next_event_) {
       span_.marks.push_back(mark_of(events[next_event_], encoder_.scene(), recorded.status));
     }
-    add_pairs(k, recorded.interval);
   }
 
   void place(ImpactEvent& event) {
@@ -477,7 +582,6 @@ class RecordedPage {
     const std::size_t first = span_.gaps.size();
     for (const PairRecord& pair : reader_.pairs(k)) {
       view_internal::add_pair(pair, frame, span_);
-      if (is_large_ && !pair.contacts.empty()) touches_.add_contact(pair, frame, span_);
     }
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
     for (auto& [name, cache] : measured_) {
@@ -515,12 +619,6 @@ class RecordedPage {
     span_.marks.push_back({t, "end", error.empty() ? words : error, {}});
   }
 
-  // The last record of a pair whose bodies both rest.
-  struct Resting {
-    PageGap gap;
-    std::vector<PageContact> contacts;
-  };
-
   RecordingReader& reader_;
   PageEncoder encoder_;
   std::size_t rows_ = 0;  // segments and contacts of the whole run
@@ -528,11 +626,14 @@ class RecordedPage {
   bool is_large_ = false;
   Outlines outlines_;
   TouchFinder touches_;
-  std::map<PairName, Resting> resting_;
+  std::map<PairName, RestingPair> resting_;
   std::vector<float> impulses_;  // of all contacts
-  PageSpan chunk_;
+  PairMap<Least> least_;
+  std::vector<std::pair<std::size_t, std::vector<std::size_t>>>
+      samples_;  // frames, and all Cursor::next
   std::vector<Cursor> cursors_;
-  std::map<PairName, DistanceCache> measured_;
+  std::map<PairName, DistanceCache> measured_;  // of an ordinary run
+  std::size_t pair_count_ = 0;                  // of those whose gaps are plotted
   std::size_t frames_of_sample_ = 1;
   std::size_t next_step_ = 0;
   std::size_t next_impact_ = 0;

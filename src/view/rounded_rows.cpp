@@ -17,7 +17,11 @@ constexpr Scalar kImpulseStep = 0x1p-10;  // of an ordinary impulse
 // A step is zigzag-coded in 32 bits, of which the largest value says that the next large one counts.
 constexpr Scalar kMostSteps = 0x1p30;
 constexpr std::uint32_t kIsLarge = std::numeric_limits<std::uint32_t>::max();
-constexpr int kBoundBits = 12;  // dropped from single precision in bounds of gaps: 16 are left
+// Bits dropped from single precision in bounds of gaps: 11 digits are left, or 5 where a gap was not
+// measured.
+constexpr int kBoundBits = 12;
+constexpr int kLooseBits = 18;
+constexpr std::uint8_t kHasUpper = 64;
 
 Scalar smallest_radius(const PageScene& scene) {
   Scalar smallest = kInfinity;
@@ -40,19 +44,28 @@ Scalar median_impulse(const std::vector<PageContact>& contacts) {
   return *middle;
 }
 
-// In single precision of few digits, down or up.
-float bound_below(Scalar x) {
+// In single precision of few digits.
+float bound_below(Scalar x, int dropped) {
   float rounded = float(x);
   if (Scalar(rounded) > x) rounded = std::nextafter(rounded, -std::numeric_limits<float>::max());
-  if (!(rounded > 0)) return rounded;
-  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(rounded) >> kBoundBits << kBoundBits);
+  auto bits = std::bit_cast<std::uint32_t>(rounded);
+  const std::uint32_t low = (1u << dropped) - 1;
+  if (rounded < 0 && (bits & low) != 0) bits += low + 1;  // dropping digits would raise it
+  return std::bit_cast<float>(bits & ~low);
 }
 
 float bound_above(Scalar x) {
-  if (!std::isfinite(x) || !(x > 0)) return float(x);
-  const float below = bound_below(x);
-  if (Scalar(below) >= x) return below;
-  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(below) + (1u << kBoundBits));
+  return -bound_below(-x, kBoundBits);
+}
+
+std::uint32_t digits_of(float bound) {
+  return std::bit_cast<std::uint32_t>(bound) >> kBoundBits;
+}
+
+// A whole number, small where the one before it was nearly the same.
+std::uint32_t step_between(std::uint32_t from, std::uint32_t to) {
+  const auto step = std::int32_t(to - from);
+  return std::uint32_t(step) << 1 ^ std::uint32_t(step >> 31);
 }
 
 // Places of a list, each pair's together and in the order of the list, and how many each pair has.
@@ -154,7 +167,8 @@ void add_rounded_gaps(ColumnBlock& block, const std::vector<PageGap>& gaps,
   pairs.add_to(block, "gap_pair");
   std::vector<std::uint32_t> t;
   std::vector<std::uint8_t> flags;
-  std::vector<float> lower, upper;
+  std::vector<std::uint32_t> lower, upper;
+  std::uint32_t last_lower = 0;
   RoundedVectors pa, pb, pivot;
   // What was last read of the pair; a pair begins where the one before it was.
   Vector3 place = Vector3::Zero();
@@ -162,16 +176,19 @@ void add_rounded_gaps(ColumnBlock& block, const std::vector<PageGap>& gaps,
   Vector3 middle = Vector3::Zero();
   for (const std::size_t k : pairs.order) {
     const PageGap& gap = gaps[k];
+    const bool has_upper = std::isfinite(gap.upper);
     t.push_back(times.at(gap.t));
     flags.push_back(std::uint8_t((gap.is_resting ? 1 : 0) | (gap.witness_W ? 2 : 0) |
-                                 (gap.pivot_W ? 4 : 0) |
+                                 (gap.pivot_W ? 4 : 0) | (has_upper ? kHasUpper : 0) |
                                  (gap.proof ? 1 + int(*gap.proof) : 0) << 3));
-    lower.push_back(bound_below(gap.lower));
-    upper.push_back(bound_above(gap.upper));
+    const float below = bound_below(gap.lower, has_upper ? kBoundBits : kLooseBits);
+    const float above = bound_above(gap.upper);
+    lower.push_back(step_between(last_lower, digits_of(below)));
+    last_lower = digits_of(below);
+    if (has_upper) upper.push_back(step_between(last_lower, digits_of(above)));
     if (gap.witness_W) {
       place = pa.add(gap.witness_W->first, place, rounding.place);
-      const Scalar width =
-          std::isfinite(upper.back()) && upper.back() > 0 ? Scalar(upper.back()) : rounding.contact;
+      const Scalar width = std::isfinite(above) && above > 0 ? Scalar(above) : rounding.contact;
       // In units of the width, so that the narrowest gap keeps its direction.
       way =
           pb.add((gap.witness_W->second - gap.witness_W->first) / width, way, Rounding::kDirection);

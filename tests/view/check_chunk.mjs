@@ -41,8 +41,9 @@ const pairs = run.chunk.store.pairs;
 const of = ({a, b}) => pairs.get(`${a}-${b}`);
 for (const gap of facts.gaps) {
   const found = of(gap).gaps.find(({t}) => t === gap.t);
-  check(found.lower <= gap.lower && found.lower >= gap.lower * (1 - 2 ** -10), `a lower bound of ${gap.lower} is ${found.lower}`);
   const isKnown = gap.upper !== null;
+  const least = gap.lower - Math.abs(gap.lower) * 2 ** (isKnown ? -10 : -5);
+  check(found.lower <= gap.lower && found.lower >= least, `a lower bound of ${gap.lower} is ${found.lower}`);
   check(isKnown ? found.upper >= gap.upper && found.upper <= gap.upper * (1 + 2 ** -10) : found.upper === Infinity, `an upper bound of ${gap.upper} is ${found.upper}`);
   check(found.resting === (gap.resting ? 1 : 0) && found.proof === gap.proof, `rest and proof: ${found.resting}, ${found.proof}`);
   check(apart(found.pa, gap.pa) <= facts.place, `a witness point is off by ${apart(found.pa, gap.pa)}`);

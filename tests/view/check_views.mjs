@@ -59,12 +59,16 @@ const allOf = (page, t) => page.evaluate(async (at) => {
   [copy.width, copy.height] = [225, 140];
   const pen = copy.getContext('2d');
   pen.drawImage(player.stage.canvas, 0, 0, copy.width, copy.height);
-  return {state, contacts: sorted(run.contactsAt(at)), gaps: sorted(run.gapsAt(at)), islands: [run.islandsAt(at)],
+  const bounds = ({t: time, a, b, lower, upper, resting, proof}) => ({t: time, a, b, lower, upper, resting, proof});
+  const nearest = run.nearestGap(at);
+  return {state, contacts: sorted(run.contactsAt(at)), gaps: sorted(run.gapsAt(at).map(bounds)), nearest: sorted(nearest ? [nearest] : []),
+          islands: [run.islandsAt(at)],
           picture: [[...pen.getImageData(0, 0, copy.width, copy.height).data]]};
 }, t);
 
-// What chunks round is the same up to parts of 1, of impulses of the largest one.
-const kRounding = {state: 1e-5, contacts: 1e-3, gaps: 1e-3, islands: 0};
+// What chunks round is the same up to parts of 1, of impulses of the largest one. Of gaps they keep the
+// place of the nearest only.
+const kRounding = {state: 1e-5, contacts: 1e-3, gaps: 1e-3, nearest: 1e-3, islands: 0};
 const kPixels = 0.5;  // levels of colour, on average: edges of bodies may be drawn a pixel away
 function differ(name, a, b) {
   if (name === 'picture') {
@@ -72,7 +76,7 @@ function differ(name, a, b) {
     return mean < kPixels ? undefined : `${mean} levels`;
   }
   if (a.length !== b.length) return `${a.length} and ${b.length} rows`;
-  const size = name === 'contacts' || name === 'gaps' ? Math.max(1, ...a.flat().filter(Number.isFinite).map(Math.abs)) : 1;
+  const size = ['contacts', 'gaps', 'nearest'].includes(name) ? Math.max(1, ...a.flat().filter(Number.isFinite).map(Math.abs)) : 1;
   for (let row = 0; row < a.length; ++row) {
     for (let k = 0; k < a[row].length; ++k) {
       const [x, y] = [a[row][k], b[row]?.[k]];

@@ -358,6 +358,7 @@ class RandomChunk {
     gap.lower = scale_ * std::pow(10, uniform(-9, 0));
     const bool is_known = uniform(0, 1) < 0.8;
     if (is_known) gap.upper = gap.lower * uniform(1, 1.5);
+    if (uniform(0, 1) < 0.1) gap.lower = uniform(0, 1) < 0.5 ? 0 : -gap.lower;
     gap.is_resting = uniform(0, 1) < 0.5;
     gap.proof = gap.is_resting ? ProofKind::AtRest : ProofKind::ByBound;
     const Vector3 from = place_ + scale_ * any_vector();

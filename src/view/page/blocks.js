@@ -73,12 +73,17 @@ export function readRounded(differences, {low, high}) {
   return vectors;
 }
 
-// Positions and triangle indices of a shape.
-export function readSurface(block, number) {
-  const {triangles} = block.shapes[number];
-  const back = block.columns[`shape${number}.triangles`];
-  const positions = readRounded(block.columns[`shape${number}.vertices`], block.shapes[number]);
-  const indices = new Uint32Array(3 * triangles);
+// Positions and triangle indices of a shape, and of what stands for it while the picture moves.
+export function readSurface({shapes, columns}, number) {
+  const {moving} = shapes[number];
+  return {...surfaceOf(columns, `shape${number}`, shapes[number]),
+          moving: moving && surfaceOf(columns, `moving${number}`, moving)};
+}
+
+function surfaceOf(columns, name, box) {
+  const back = columns[`${name}.triangles`];
+  const positions = readRounded(columns[`${name}.vertices`], box);
+  const indices = new Uint32Array(3 * box.triangles);
   let next = 0;
   for (let k = 0; k < indices.length; ++k) indices[k] = back[k] === 0 ? next++ : next - back[k];
   return {positions, indices};

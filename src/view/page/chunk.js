@@ -8,6 +8,8 @@ const kIsLarge = 0xffffffff;
 const kRest = kKinds.indexOf('rest');
 const kTwist = kKinds.indexOf('twist');
 const kCentral = 8;
+const kBoundBits = 12;
+const kHasUpper = 64;
 
 // Reads the columns of one quantity, row by row, into `out`.
 class Vectors {
@@ -231,13 +233,30 @@ function vectorAt({count, values}, row) {
   return [values[row], values[count + row], values[2 * count + row]];
 }
 
+const unfolded = (code) => (code >>> 1) ^ -(code & 1);
+
+// Bounds in single precision, of whose bits the last ones are 0. Lower ones are steps from the row
+// before, upper ones, where there are any, from the lower one.
+function boundsOf(columns) {
+  const flags = columns['gap.flags'];
+  const [lower, upper] = [new Float32Array(flags.length), new Float32Array(flags.length).fill(Infinity)];
+  const [lowerBits, upperBits] = [lower, upper].map(({buffer}) => new Uint32Array(buffer));
+  const [lowerSteps, upperSteps] = [columns['gap.lower'], columns['gap.upper']];
+  for (let row = 0, digits = 0, next = 0; row < flags.length; ++row) {
+    digits += unfolded(lowerSteps[row]);
+    lowerBits[row] = digits << kBoundBits;
+    if (flags[row] & kHasUpper) upperBits[row] = (digits + unfolded(upperSteps[next++])) << kBoundBits;
+  }
+  return [lower, upper];
+}
+
 // The gaps of all pairs, pair by pair, each pair's in order of time.
 class Gaps {
   constructor({columns, steps}) {
     const flags = columns['gap.flags'];
     this.flags = flags;
     this.t = Float64Array.from(columns['gap.t'], (k) => columns.times[k]);
-    [this.lower, this.upper] = [columns['gap.lower'], columns['gap.upper']];
+    [this.lower, this.upper] = boundsOf(columns);
     this.noWidth = steps.contact;
     [this.pa, this.ways] = [vectors(columns, 'gap.pa', steps.place), vectors(columns, 'gap.pb', steps.direction)];
     this.pivots = vectors(columns, 'gap.pivot', steps.contact);
@@ -256,7 +275,7 @@ class Gaps {
     const width = Number.isFinite(upper) && upper > 0 ? upper : this.noWidth;
     const pa = witness < 0 ? [NaN, NaN, NaN] : vectorAt(this.pa, witness);
     const from = witness < 0 ? kZero : pa;
-    return {t: this.t[row], a, b, lower: this.lower[row], upper, resting: flags & 1, proof: flags >>> 3, pa,
+    return {t: this.t[row], a, b, lower: this.lower[row], upper, resting: flags & 1, proof: (flags >>> 3) & 7, pa,
             pb: witness < 0 ? [NaN, NaN, NaN] : plus(pa, vectorAt(this.ways, witness), width),
             pivot: pivot < 0 ? [NaN, NaN, NaN] : plus(from, vectorAt(this.pivots, pivot), 1)};
   }

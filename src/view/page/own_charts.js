@@ -77,6 +77,7 @@ export async function ownChartOfLarge(run, key, body, other) {
       }
     }
   });
+  if (key === 'gap') for (const [t, value] of gaps(run, body, other)) found.set(t, value);  // measured besides
   const rows = key === 'force' ? forces(run, body, contacts) : [...found].sort(([s], [t]) => s - t);
   return {title: titleOf(key, body, other), data: [rows.map(([t]) => t), rows.map(([, value]) => value)]};
 }

@@ -207,7 +207,11 @@ export class Run {
     this.wanted = wanted;
     if (!wanted.store) return this.#readWanted(wanted);
     this.#show(wanted);
-    if (!this.reading) this.#read(this.chunks[this.chunks.indexOf(wanted) + 1]);  // will be wanted next
+    // The next one is read ahead where time goes on. Where it is dragged, that would be in the way.
+    const step = t - this.lookedAt;
+    this.lookedAt = t;
+    const goesOn = step > 0 && step < wanted.end - wanted.begin;
+    if (goesOn && !this.reading) this.#read(this.chunks[this.chunks.indexOf(wanted) + 1]);
     return undefined;
   }
 
@@ -338,7 +342,23 @@ export class Run {
       if (!gap) continue;
       if (gap.t >= oldest || (gap.resting && this.#rested(pair, gap.t, t))) found.push(gap);
     }
+    if (store !== this.base) this.#addMeasured(found, t, oldest);
     return found;
+  }
+
+  // The gaps of the pairs that come nearest were measured besides, where chunks have what a step needed.
+  #addMeasured(found, t, oldest) {
+    for (const pair of this.base.pairs.values()) {
+      const gap = pair.gapAt(t);
+      if (!(gap?.t >= oldest)) continue;
+      const place = found.findIndex(({a, b}) => a === pair.a && b === pair.b);
+      if (place < 0) {
+        found.push(gap);
+      } else if (gap.t >= found[place].t) {
+        const {pivot, proof, resting, lower} = found[place];
+        found[place] = {...gap, pivot, proof, resting, lower: Math.max(gap.lower, lower)};
+      }
+    }
   }
 
   // When the last pair met for the first time; the beginning, if none did.
@@ -362,10 +382,12 @@ export class Run {
     return this.impacts.rows.some(has) || this.touches.some(has) || [...this.pairs.values()].some(has);
   }
 
+  // Of those whose place is known: chunks have that of the nearest only.
   nearestGap(t) {
     let nearest;
     for (const gap of this.gapsAt(t)) {
-      if (Number.isFinite(gap.upper) && !(gap.upper >= nearest?.upper)) nearest = gap;
+      const hasPlace = Number.isFinite(gap.pa[0]) || Number.isFinite(gap.pivot[0]);
+      if (hasPlace && Number.isFinite(gap.upper) && !(gap.upper >= nearest?.upper)) nearest = gap;
     }
     return nearest;
   }

@@ -116,7 +116,7 @@ export class Stage {
       geometry.computeBoundingBox();
       geometry.computeBoundingSphere();
       const materials = {
-        solid: new THREE.MeshLambertMaterial({side: THREE.DoubleSide, shadowSide: THREE.BackSide}),
+        solid: new THREE.MeshLambertMaterial({side: this.#sideOf(number), shadowSide: THREE.BackSide}),
         ghost: new THREE.MeshLambertMaterial({transparent: true, opacity: 0.16, depthWrite: false,
                                               side: THREE.DoubleSide}),
         wire: new THREE.MeshBasicMaterial({wireframe: true}),
@@ -134,9 +134,15 @@ export class Stage {
         this.scene.add(mesh);
         return mesh;
       });
-      return {geometry, meshes};
+      return {geometry, moving: surface.moving && cornerNormals(surface.moving), meshes};
     });
     this.shapes.push(...added);
+  }
+
+  // What has an inside is seen from outside, unless it is cut.
+  #sideOf(shape) {
+    const {form} = this.run.shapes[shape];
+    return form && form.name !== 'half_space' && !this.cut ? THREE.FrontSide : THREE.DoubleSide;
   }
 
   #addLight(isSmooth) {
@@ -383,7 +389,7 @@ export class Stage {
     camera.updateProjectionMatrix();
   }
 
-  // In a large run shadows, edges and full resolution wait until the picture stands still.
+  // In a large run shadows, edges, roundness and full resolution wait until the picture stands still.
   render(isStill = true) {
     const {distance} = this;
     const hasShadow = isStill && distance > kNoShadow * this.size;
@@ -391,6 +397,9 @@ export class Stage {
     this.#lay(this.sun.shadow, Math.min(kShadow, (kShadowReach * distance) / this.size) * this.size);
     this.sun.castShadow = hasShadow;
     this.drawsEdges.value = isStill;
+    for (const {geometry, moving, meshes} of this.shapes) {
+      for (const mesh of moving ? meshes : []) mesh.geometry = isStill ? geometry : moving;
+    }
     this.renderer.shadowMap.needsUpdate = hasShadow;
     this.ground.update();
     // Near enough for a look at a gap, far enough for the ground. What hides a gap is cut away.
@@ -490,6 +499,10 @@ export class Stage {
       this.cut = {axis, part, plane: new THREE.Plane(normal, low + part * (high - low))};
     }
     this.renderer.clippingPlanes = this.cut ? [this.cut.plane] : [];
+    this.shapes.forEach(({meshes: [{material}]}, number) => {
+      material.side = this.#sideOf(number);
+      material.needsUpdate = true;
+    });
   }
 
   // Where a point of the world is on the canvas, in its CSS pixels.
