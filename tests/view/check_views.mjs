@@ -258,11 +258,6 @@ async function checkCloseUp() {
       player.stage.ground.isShown = false;
       player.seek(at);
       player.draw();
-      // Only the pair, so that nothing else is seen behind the gap.
-      const {a: first, b: second} = player.overlays.shown;
-      player.hidden = new Set(window.dyop.run.bodies.map((_, k) => k).filter((k) => k !== first && k !== second));
-      player.choose({});
-      player.draw();
       player.closeUp();
       player.draw();
       const {pa, pb} = player.overlays.shown;
@@ -295,7 +290,6 @@ async function checkCloseUp() {
   // To another time, and close up before that was drawn.
   const far = await page.evaluate((t) => {
     const {player} = window.dyop;
-    player.hidden = new Set();
     player.overlays.show = {witness: true};
     player.seek(player.run.begin);
     player.draw();

@@ -108,6 +108,8 @@ export class Compare {
     const {player, stage, run} = this;
     this.#copy(player.stage, stage);
     stage.ground.isShown = player.stage.ground.isShown;
+    const same = (number) => run.bodies.find(({name}) => name === player.run.bodies[number].name)?.number;
+    stage.pair = player.stage.pair?.map((side) => side.map(same));
     player.paint(run, stage);
     stage.place(t);
     const {rows} = run.impacts;

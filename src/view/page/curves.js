@@ -99,7 +99,7 @@ export class Curves {
         upper[place.get(gap.t)] = positive(gap.upper);
         lower[place.get(gap.t)] = positive(gap.lower);
       }
-      const name = `${this.run.bodies[a].name} – ${this.run.bodies[b].name}`;
+      const name = `${this.run.gapName(a)} – ${this.run.gapName(b)}`;
       data.push(upper, lower);
       series.push({label: name, stroke: this.hues[k], spanGaps: false},
                   {label: 'proven', class: 'proven', stroke: this.hues[k], width: 0.5, spanGaps: false});

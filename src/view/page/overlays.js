@@ -138,6 +138,7 @@ export class Overlays {
       this.plane.visible && [css(kColors.plane), 'plane between the nearest pair'],
       ...links.legend(css),
       this.trails.points.length > 0 && ['#888888', 'path', 'line'],
+      this.stage.alone && [undefined, 'close up: only this pair is drawn'],
     ].filter(Boolean);
   }
 

@@ -59,10 +59,11 @@ export class Panel {
 
   // How far the bodies are apart that are near this one, from the nearest.
   #neighbours({number: own}, t) {
-    return this.run.gapsAt(t).filter(({a, b}) => a === own || b === own)
+    const side = this.run.sideOf(own);
+    return this.run.gapsAt(t).filter(({a, b}) => side.includes(a) || side.includes(b))
       .sort((x, y) => Math.min(x.upper, x.lower) - Math.min(y.upper, y.lower)).slice(0, kMostNeighbours)
       .map(({a, b, lower, upper, proof}, k) => [k === 0 ? 'Gap to' : '',
-        `${this.name(a === own ? b : a)}: ${Number.isFinite(upper) ? `${number(upper)}, proven ` : 'at least '}${number(lower)}` +
+        `${this.run.gapName(side.includes(a) ? b : a)}: ${Number.isFinite(upper) ? `${number(upper)}, proven ` : 'at least '}${number(lower)}` +
         (kProofWords[proof] ? ` (${kProofWords[proof]})` : '')]);
   }
 
@@ -121,6 +122,7 @@ export class Panel {
     const row = samples.rows[samples.at(t)];
     const mark = marks.findLast((one) => one.t <= t && one.kind !== 'end');
     const names = charts.flatMap(({series}) => series);
+    if (!row && !mark) return [element('h2', {}, 'Now'), element('p', {class: 'dim'}, 'Not known before the first tick.')];
     return [
       element('h2', {}, 'Now'),
       rows([
@@ -159,7 +161,7 @@ export class Panel {
     const size = ({lower, upper}) => (Number.isFinite(upper) ? upper : lower);
     // Of some a query says only that they did not meet.
     const measured = gaps.filter(({lower}) => lower > 0);
-    const nearest = measured.sort((x, y) => size(x) - size(y)).slice(0, kMostProofs);
+    const nearest = measured.sort((x, y) => size(x) - size(y)).slice(0, kMostProofs).sort((x, y) => x.lower - y.lower);
     return [
       element('h2', {}, `Proofs of ${gaps.length.toLocaleString('en')} near ${gaps.length === 1 ? 'pair' : 'pairs'}`),
       rows(kProofWords.map((words, proof) => counts[proof] > 0 && [counts[proof].toLocaleString('en'), words])),
@@ -184,7 +186,7 @@ export class Panel {
       ...this.#ending(t),
       element('h2', {}, 'Nearest pair'),
       shown ? rows([
-        ['Bodies', `${this.name(shown.a)} – ${this.name(shown.b)}`],
+        ['Bodies', `${this.run.gapName(shown.a)} – ${this.run.gapName(shown.b)}`],
         ['Gap', number(shown.upper)],
         ['Proven', `at least ${number(shown.lower)}`],
         kProofWords[shown.proof] && ['Proven by', kProofWords[shown.proof]],

@@ -333,12 +333,14 @@ export class Player {
   closeUp() {
     const reading = this.run.lookAt(this.t);
     if (reading) return void reading.then(() => this.closeUp());
-    this.draw();  // the pair is that of the time asked for, which may not have been drawn yet
+    this.stage.pair = undefined;
+    this.draw();  // all bodies, at the time asked for, which may not have been drawn yet
     const {shown} = this.overlays;
+    const sides = shown && [shown.a, shown.b].map((number) => this.run.sideOf(number));
     if (Number.isFinite(shown?.pa?.[0])) {
-      this.stage.closeUp(shown.pa, shown.pb, shown.upper);
+      this.stage.closeUp(shown.pa, shown.pb, shown.upper, sides);
     } else if (Number.isFinite(shown?.pivot?.[0])) {
-      this.stage.closeUp(...this.#endsAround(shown), shown.upper);
+      this.stage.closeUp(...this.#endsAround(shown), shown.upper, sides);
     }
     this.notify();
   }

@@ -361,6 +361,17 @@ export class Run {
     }
   }
 
+  // What a gap is measured to: a body, or a tool with all its parts, for which its first one stands.
+  gapName(number) {
+    const name = this.bodies[number]?.name ?? '?';
+    return this.charts.length > 0 ? name.replace(/, part \d+$/, '') : name;
+  }
+  sideOf(number) {
+    if (this.charts.length === 0) return [number];
+    return this.bodies.filter((body) => !body.ghost && this.gapName(body.number) === this.gapName(number))
+      .map((body) => body.number);
+  }
+
   // When the last pair met for the first time; the beginning, if none did.
   lastMeeting() {
     const firsts = new Map();

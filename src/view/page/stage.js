@@ -33,6 +33,7 @@ const kFieldOfView = 40;  // degrees
 const kFarAway = 8;       // of the size: the camera of a close-up
 const kDepth = 2.5;       // of the size: what a close-up shows before and behind the gap
 const kNearest = 1e-6;  // of the size: as near as a close-up goes
+const kAlone = 0.05;    // of the size: nearer, a close-up shows its pair only
 const kShadow = 1.6;    // of the size: what shadows reach from the middle
 const kShadowReach = 1.2;  // of the camera's distance, when it is near
 const kNoShadow = 0.03;    // of the size: nearer, there are no shadows
@@ -176,6 +177,7 @@ export class Stage {
     const half = box.getSize(new THREE.Vector3());
     this.camera.fov = kFieldOfView;
     this.isCut = false;
+    this.pair = undefined;
     // Look across the two largest sides that are not up.
     const axes = [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0), new THREE.Vector3(0, 0, 1)]
       .filter((axis) => Math.abs(axis.dot(up)) < 0.7)
@@ -237,12 +239,13 @@ export class Stage {
       const {shape} = this.run.bodies[deformation.body];
       deform(deformation, this.run.surfaces[shape], this.shapes[shape].geometry, t);
     }
-    const hidden = this.uncover(t);
+    const {alone} = this;
+    const hidden = alone ? new Set() : this.uncover(t);
     // Single precision is kept for what is near what the camera looks at.
     this.origin.copy(this.controls.target);
     for (const body of this.run.bodies) {
       const manner = this.manner[body.number] || (hidden.has(body) ? 1 : 0);
-      if (manner > 2 || !this.run.isPresent(body, t)) continue;
+      if (manner > 2 || (alone && !alone.includes(body.number)) || !this.run.isPresent(body, t)) continue;
       const state = this.run.state(body, t);
       const mesh = this.shapes[body.shape].meshes[manner];
       const place = mesh.count++;
@@ -424,6 +427,11 @@ export class Stage {
     return (this.realDistance * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.tan((kFieldOfView * Math.PI) / 360);
   }
 
+  // The bodies of a close-up, as numbers: what is behind a gap would be taken for its sides.
+  get alone() {
+    return this.camera.fov < kFieldOfView && this.distance < kAlone * this.size ? this.pair?.flat() : undefined;
+  }
+
   // Moves the camera along with what it looks at.
   shift(offset) {
     this.isFramed = false;
@@ -433,9 +441,11 @@ export class Stage {
   }
 
   // Looks along a gap, as large as its width asks for, from far away through a telescope: from near by,
-  // what lies behind would close the gap, as rails meet at the horizon.
-  closeUp(pa, pb, width) {
+  // what lies behind would close the gap, as rails meet at the horizon. `pair` are the bodies on
+  // either side.
+  closeUp(pa, pb, width, pair) {
     this.isFramed = false;
+    this.pair = pair;
     const [from, to] = [new THREE.Vector3(...pa), new THREE.Vector3(...pb)];
     const across = to.clone().sub(from).normalize();
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
@@ -443,17 +453,19 @@ export class Stage {
     const middle = from.add(to).multiplyScalar(0.5);
     this.controls.target.copy(middle);
     const away = kFarAway * this.size;
-    const free = this.#openSide(middle, across, direction, away);
+    const gap = {middle, across, width};
+    const free = this.#openSide(gap, direction, away, 2 * away) ?? this.#openSide(gap, direction, away);
     this.isCut = !free;
     const level = direction.clone().addScaledVector(across, -direction.dot(across)).normalize();
-    const along = free ?? this.#openSide(middle, across, direction, distance) ?? level;
+    const along = free ?? this.#openSide(gap, direction, distance) ?? level;
     this.camera.fov = (360 / Math.PI) * Math.atan((distance / away) * Math.tan((kFieldOfView * Math.PI) / 360));
     this.camera.position.copy(middle).addScaledVector(along, away);
     this.controls.update();
   }
 
-  // A direction along a gap, near `direction`, in which nothing stands before the camera.
-  #openSide(middle, across, direction, distance) {
+  // A direction along a gap, near `direction`, from which it is seen `distance` away: neither body
+  // stands before its middle, or behind it up to `far` away, nor one before the edge of the other.
+  #openSide({middle, across, width}, direction, distance, far = distance) {
     const first = direction.clone().addScaledVector(across, -direction.dot(across));
     if (first.length() < 0.1) first.copy(this.camera.up).cross(across);
     first.normalize();
@@ -461,11 +473,15 @@ export class Stage {
     const turns = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8];
     const sides = turns.map((k) => first.clone().applyAxisAngle(across, (k * Math.PI) / 8));
     const ray = new THREE.Raycaster();
-    ray.far = distance;
-    return sides.find((side) => {
-      ray.set(middle, side);
-      return ray.intersectObjects(meshes, false).length === 0;
-    });
+    const seenAt = (offset, side) => {
+      const place = middle.clone().addScaledVector(across, offset * width);
+      ray.far = offset === 0 ? far : distance;
+      ray.set(place.addScaledVector(side, distance), side.clone().negate());
+      return ray.intersectObjects(meshes, false)
+        .map(({object, instanceId}) => object.userData.bodies[instanceId]).find((body) => this.pair.flat().includes(body));
+    };
+    const [a, b] = this.pair;
+    return sides.find((side) => seenAt(0, side) === undefined && !b.includes(seenAt(-1, side)) && !a.includes(seenAt(1, side)));
   }
 
   // The body under a point of the canvas.
