@@ -40,6 +40,14 @@ if [ -f "$work/docs/tree/README.md" ]; then
   sed -i -e 's/](docs\//](..\//g' -e 's/src="docs\//src="..\//g' \
     -e 's/\[\([^]]*\)\](\(include\|examples\|src\|tests\)[^)]*)/\1/g' "$work/docs/tree/README.md"
 fi
+# Pictures of the gallery lead to the pages that play them, if `bash examples/gallery.sh` has made them.
+for page in "$root"/build/gallery/*.html; do
+  [ -f "$page" ] || continue
+  name=$(basename "$page" .html)
+  mkdir -p "$work/docs/runs"
+  cp "$page" "$work/docs/runs/"
+  sed -i "s#^!\\[[^]]*\\](figures/gallery/$name\\.png)#[&](runs/$name.html)#" "$work/docs/gallery.md"
+done
 (cd "$work" && mkdocs build > mkdocs.log 2>&1) || { grep -v "^INFO" "$work/mkdocs.log" >&2; exit 1; }
 version=$(sed -n 's/^project(dyop VERSION \([0-9.]*\).*/\1/p' "$root/CMakeLists.txt")
 { cat "$here/Doxyfile"

@@ -323,6 +323,12 @@ class RecordedPage {
     std::size_t frame = 0;  // of the run: where it is
   };
 
+  // A frame at whose end gaps are measured, and all Cursor::next there.
+  struct Sample {
+    std::size_t frame = 0;
+    std::vector<std::size_t> next;
+  };
+
   struct Cursor {
     std::size_t next = 0;
     TimeInterval interval;
@@ -413,8 +419,8 @@ class RecordedPage {
     }
     chunk.frames.push_back(std::move(near));
     if (k % frames_of_sample_ != 0 && k + 1 != reader_.frames().size()) return;
-    samples_.push_back({k, {}});
-    for (const Cursor& cursor : cursors_) samples_.back().second.push_back(cursor.next);
+    Sample& sample = samples_.emplace_back(Sample{k, {}});
+    for (const Cursor& cursor : cursors_) sample.next.push_back(cursor.next);
   }
 
   // A chunk begins with where bodies are, what rests, and the gaps and contacts of the frame before.
@@ -452,9 +458,7 @@ class RecordedPage {
         const Scalar t = reader_.frames()[frame].interval.end;
         measure(whole, t, a, at_a->pose(t), b, at_b->pose(t), cache);
       }
-      const bool is_sampled = std::ranges::any_of(
-          samples_, [&](const auto& sample) { return sample.first == nearest.frame; });
-      if (is_sampled) continue;
+      if (std::ranges::count(samples_, nearest.frame, &Sample::frame) > 0) continue;
       const Scalar t = reader_.frames()[nearest.frame].interval.end;
       measure(whole, t, a, reader_.pose(a, t), b, reader_.pose(b, t), cache);
     }
@@ -629,8 +633,7 @@ class RecordedPage {
   std::map<PairName, RestingPair> resting_;
   std::vector<float> impulses_;  // of all contacts
   PairMap<Least> least_;
-  std::vector<std::pair<std::size_t, std::vector<std::size_t>>>
-      samples_;  // frames, and all Cursor::next
+  std::vector<Sample> samples_;
   std::vector<Cursor> cursors_;
   std::map<PairName, DistanceCache> measured_;  // of an ordinary run
   std::size_t pair_count_ = 0;                  // of those whose gaps are plotted

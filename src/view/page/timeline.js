@@ -172,21 +172,28 @@ export class Timeline {
     }
   }
 
+  // The rarest lie on top.
   #drawMarks(pen, begin, end, x, color) {
-    const drawn = new Set();
     const {top} = kBar;
+    const byFill = new Map();  // places, in pixels
     for (const mark of this.run.marks) {
       if (mark.t < begin || mark.t > end) continue;
-      const at = x(mark.t);
-      const name = `${Math.round(at / 2)} ${mark.kind}`;
-      if (drawn.has(name)) continue;
-      drawn.add(name);
-      pen.fillStyle = this.run.stateColor(mark) ?? color(markColor(mark.kind));
-      pen.beginPath();
-      pen.moveTo(at, top - 2);
-      pen.lineTo(at - 4, top - 9);
-      pen.lineTo(at + 4, top - 9);
-      pen.fill();
+      const fill = this.run.stateColor(mark) ?? color(markColor(mark.kind));
+      if (!byFill.has(fill)) byFill.set(fill, []);
+      byFill.get(fill).push(x(mark.t));
+    }
+    for (const [fill, places] of [...byFill].sort(([, a], [, b]) => b.length - a.length)) {
+      pen.fillStyle = fill;
+      let last = -Infinity;
+      for (const at of places) {
+        if (at - last < 2) continue;
+        last = at;
+        pen.beginPath();
+        pen.moveTo(at, top - 2);
+        pen.lineTo(at - 4, top - 9);
+        pen.lineTo(at + 4, top - 9);
+        pen.fill();
+      }
     }
   }
 
