@@ -25,8 +25,7 @@ using Json = nlohmann::json;
 constexpr std::size_t kManyBodies = 100;
 constexpr int kFine = 4;
 constexpr int kCoarse = 3;
-constexpr int kMoving =
-    2;  // many of them, while the picture moves, where there is no graphics card
+constexpr int kMoving[] = {2, 1};  // many, while the picture moves and there is no graphics card
 
 constexpr std::uint32_t kNoBody = ~std::uint32_t{0};
 
@@ -350,9 +349,12 @@ Json shape_json(ColumnBlock& block, const std::string& number, const Shape& shap
   const view_internal::ShapeSurface surface = view_internal::surface_of(shape, fineness, plate);
   Json json = add_surface(block, "shape" + number, surface);
   if (fineness == kCoarse) {
-    const auto moving = view_internal::surface_of(shape, kMoving, plate);
-    if (moving.triangles.size() < surface.triangles.size()) {
-      json["moving"] = add_surface(block, "moving" + number, moving);
+    for (const int fewer : kMoving) {
+      const auto moving = view_internal::surface_of(shape, fewer, plate);
+      if (moving.triangles.size() >= surface.triangles.size()) break;
+      const std::string name = "moving" + number + "." + std::to_string(fewer);
+      json["moving"].push_back(add_surface(block, name, moving));
+      json["moving"].back()["name"] = name;
     }
   }
   if (Json form = form_json(shape); !form.empty()) json["form"] = std::move(form);

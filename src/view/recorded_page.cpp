@@ -230,6 +230,41 @@ class TouchFinder {
   PairMap<Last> last_;
 };
 
+// Of all gaps that are added, the pairs with the smallest, and where each is.
+class NearestPairs {
+ public:
+  struct Entry {
+    Scalar gap = 0;
+    PairName name;
+    std::size_t frame = 0;
+  };
+
+  explicit NearestPairs(std::size_t count) : count_(count) {}
+
+  // Most gaps of a large run are not even looked up.
+  void add(Scalar gap, const PairName& name, std::size_t frame) {
+    if (count_ == 0) return;
+    const auto key = [](const Entry& entry) { return std::pair(entry.gap, entry.name); };
+    const bool is_full = entries_.size() == count_;
+    if (is_full && !(std::pair(gap, name) < key(entries_.back()))) return;
+    const auto known = std::ranges::find(entries_, name, &Entry::name);
+    if (known != entries_.end()) {
+      if (!(gap < known->gap)) return;
+      entries_.erase(known);
+    } else if (is_full) {
+      entries_.pop_back();
+    }
+    const auto place = std::ranges::lower_bound(entries_, std::pair(gap, name), {}, key);
+    entries_.insert(place, {gap, name, frame});
+  }
+
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ private:
+  std::size_t count_;
+  std::vector<Entry> entries_;  // in order
+};
+
 // What a frame says of the pairs that were near.
 struct NearPairs {
   TimeInterval frame;
@@ -270,6 +305,10 @@ struct ChunkRows {
     PageSpan span;
     span.segments = segments;
     span.frames.resize(frames.size());
+    std::size_t gaps = resting.size() + (before != nullptr ? before->pairs.size() : 0);
+    for (const auto& near : frames) gaps += near->pairs.size();
+    span.gaps.reserve(gaps);
+    span.contacts.reserve(contact_count);
     for (const auto& [pair, frame] : resting) view_internal::add_pair(pair, frame, span);
     if (before != nullptr) add(*before, span, true);
     for (const auto& near : frames) add(*near, span, false);
@@ -296,6 +335,7 @@ class RecordedPage {
       : reader_(reader),
         encoder_(scene_of(reader, file, options)),
         touches_(reader.interval().begin),
+        nearest_(std::size_t(std::max(0, options.gap_pairs))),
         cursors_(reader.bodies().size()) {
     for (std::size_t slot = 0; slot < cursors_.size(); ++slot) {
       rows_ += reader_.segment_count(BodyId(slot));
@@ -303,26 +343,20 @@ class RecordedPage {
     DYOP_REQUIRE(options.rows_of_chunk >= 1, "rows_of_chunk must be positive, not ",
                  options.rows_of_chunk);
     rows_of_chunk_ = std::size_t(options.rows_of_chunk);
-    pair_count_ = std::size_t(std::max(0, options.gap_pairs));
     const auto samples = std::size_t(std::max(1, options.gap_samples));
     frames_of_sample_ = (reader_.frames().size() + samples - 1) / samples;
     const auto most_rows = std::size_t(std::max<std::int64_t>(0, options.most_rows));
     // Pairs of a large run are many, and read once.
     is_large_ = rows_ > most_rows;
     if (is_large_) return;
-    const PairMap<Least> least = least_gaps();
+    read_pairs();
     is_large_ = rows_ > most_rows;
-    for (const auto& [name, gap] : nearest_pairs(least)) measured_[name] = {};
+    for (const NearestPairs::Entry& pair : nearest_.entries()) measured_[pair.name] = {};
   }
 
   std::vector<std::string> blocks() { return is_large_ ? blocks_of_large() : blocks_of_ordinary(); }
 
  private:
-  struct Least {
-    Scalar gap = 0;
-    std::size_t frame = 0;  // of the run: where it is
-  };
-
   // A frame at whose end gaps are measured, and all Cursor::next there.
   struct Sample {
     std::size_t frame = 0;
@@ -402,8 +436,7 @@ class RecordedPage {
     auto near = std::make_shared<const NearPairs>(NearPairs{frame, reader_.pairs(k)});
     for (const PairRecord& pair : near->pairs) {
       const PairName name{pair.a.slot, pair.b.slot};
-      const auto [entry, is_new] = least_.try_emplace(name, Least{pair.gap_lower, k});
-      if (pair.gap_lower < entry->second.gap) entry->second = {pair.gap_lower, k};
+      nearest_.add(pair.gap_lower, name, k);
       if (pair.proof == ProofKind::AtRest) {
         resting_.insert_or_assign(name, std::pair(pair, frame));
       } else if (!resting_.empty()) {
@@ -446,10 +479,10 @@ class RecordedPage {
   // The pairs that come nearest, at the sampled frames and where each is nearest: the page draws
   // their curves, and what was measured here is shown in place of what a chunk knows.
   void measure_nearest(PageSpan& whole) {
-    for (const auto& [name, nearest] : nearest_pairs(least_)) {
+    for (const NearestPairs::Entry& nearest : nearest_.entries()) {
       DistanceCache cache;
-      const BodyId a(name.first);
-      const BodyId b(name.second);
+      const BodyId a(nearest.name.first);
+      const BodyId b(nearest.name.second);
       for (const auto& [frame, next] : samples_) {
         if (next[a.slot] == 0 || next[b.slot] == 0) continue;
         const auto at_a = reader_.segment(a, next[a.slot] - 1).motion;
@@ -494,31 +527,14 @@ class RecordedPage {
     return poses;
   }
 
-  // The smallest proven gap of each pair. Counts contacts as rows.
-  PairMap<Least> least_gaps() {
-    PairMap<Least> least;
+  // Finds the nearest pairs, and counts contacts as rows.
+  void read_pairs() {
     for (std::size_t k = 0; k < reader_.frames().size(); ++k) {
       for (const NearPair& pair : reader_.near_pairs(k)) {
         rows_ += std::size_t(pair.contacts);
-        const Least gap{pair.gap_lower, k};
-        const auto [entry, is_new] = least.try_emplace({pair.a.slot, pair.b.slot}, gap);
-        if (gap.gap < entry->second.gap) entry->second = gap;
+        nearest_.add(pair.gap_lower, {pair.a.slot, pair.b.slot}, k);
       }
     }
-    return least;
-  }
-
-  // Those with the smallest, of the number asked for.
-  std::map<PairName, Least> nearest_pairs(const PairMap<Least>& least) const {
-    std::vector<std::pair<Scalar, PairName>> order;
-    for (const auto& [name, gap] : least) order.emplace_back(gap.gap, name);
-    const std::size_t count = std::min(order.size(), pair_count_);
-    std::ranges::partial_sort(order, order.begin() + std::ptrdiff_t(count));
-    std::map<PairName, Least> nearest;
-    for (std::size_t k = 0; k < count; ++k) {
-      nearest[order[k].second] = least.at(order[k].second);
-    }
-    return nearest;
   }
 
   void add_frame(std::size_t k) {
@@ -632,11 +648,10 @@ class RecordedPage {
   TouchFinder touches_;
   std::map<PairName, RestingPair> resting_;
   std::vector<float> impulses_;  // of all contacts
-  PairMap<Least> least_;
+  NearestPairs nearest_;
   std::vector<Sample> samples_;
   std::vector<Cursor> cursors_;
   std::map<PairName, DistanceCache> measured_;  // of an ordinary run
-  std::size_t pair_count_ = 0;                  // of those whose gaps are plotted
   std::size_t frames_of_sample_ = 1;
   std::size_t next_step_ = 0;
   std::size_t next_impact_ = 0;

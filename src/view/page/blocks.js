@@ -75,9 +75,8 @@ export function readRounded(differences, {low, high}) {
 
 // Positions and triangle indices of a shape, and of what stands for it while the picture moves.
 export function readSurface({shapes, columns}, number) {
-  const {moving} = shapes[number];
-  return {...surfaceOf(columns, `shape${number}`, shapes[number]),
-          moving: moving && surfaceOf(columns, `moving${number}`, moving)};
+  const moving = (shapes[number].moving ?? []).map((box) => surfaceOf(columns, box.name, box));
+  return {...surfaceOf(columns, `shape${number}`, shapes[number]), moving};
 }
 
 function surfaceOf(columns, name, box) {

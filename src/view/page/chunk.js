@@ -40,6 +40,7 @@ class Filled {
 }
 
 const kZero = [0, 0, 0];
+const kNowhere = Object.freeze([NaN, NaN, NaN]);
 const conjugate = (q) => [-q[0], -q[1], -q[2], q[3]];
 const plus = (a, b, factor) => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
 const turnBy = (a, b) => product(a, b, [0, 0, 0, 1]);
@@ -273,11 +274,11 @@ class Gaps {
     const upper = this.upper[row];
     const [witness, pivot] = [this.witness[row], this.pivot[row]];
     const width = Number.isFinite(upper) && upper > 0 ? upper : this.noWidth;
-    const pa = witness < 0 ? [NaN, NaN, NaN] : vectorAt(this.pa, witness);
+    const pa = witness < 0 ? kNowhere : vectorAt(this.pa, witness);
     const from = witness < 0 ? kZero : pa;
     return {t: this.t[row], a, b, lower: this.lower[row], upper, resting: flags & 1, proof: (flags >>> 3) & 7, pa,
-            pb: witness < 0 ? [NaN, NaN, NaN] : plus(pa, vectorAt(this.ways, witness), width),
-            pivot: pivot < 0 ? [NaN, NaN, NaN] : plus(from, vectorAt(this.pivots, pivot), 1)};
+            pb: witness < 0 ? kNowhere : plus(pa, vectorAt(this.ways, witness), width),
+            pivot: pivot < 0 ? kNowhere : plus(from, vectorAt(this.pivots, pivot), 1)};
   }
 }
 

@@ -54,10 +54,10 @@ function share(geometry, {cornerPositions, normals, first, corners}) {
   return geometry;
 }
 
-// Large meshes and those that deform keep one normal a vertex; the latter in a copy.
-export function cornerNormals({positions, indices, deforms}) {
+// Large meshes, those that deform and what is smooth keep one normal a vertex; what deforms in a copy.
+export function cornerNormals({positions, indices, deforms}, isSmooth = false) {
   const geometry = new THREE.BufferGeometry();
-  if (deforms || indices.length > 3 * kManyTriangles) {
+  if (isSmooth || deforms || indices.length > 3 * kManyTriangles) {
     const places = deforms ? positions.slice() : positions;
     geometry.setAttribute('position', new THREE.BufferAttribute(places, 3));
     geometry.setIndex(new THREE.BufferAttribute(indices, 1));

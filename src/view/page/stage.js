@@ -20,6 +20,7 @@ const kManners = ['solid', 'ghost', 'wire'];
 const kMostTriangles = {software: 60000, hardware: 2000000};
 const kMostBodies = {software: 150, hardware: 20000};
 const kCoarse = 0.6;  // of the resolution, while the picture moves
+const kMovingPixels = [45, 11];  // largest radius at which balls of 128, of 32 triangles look round
 const kMostSightLines = 40;
 const kGolden = (Math.sqrt(5) - 1) / 2;
 const kMostWallTriangles = 5000;
@@ -135,7 +136,8 @@ export class Stage {
         this.scene.add(mesh);
         return mesh;
       });
-      return {geometry, moving: surface.moving && cornerNormals(surface.moving), meshes};
+      const isSmooth = !geometry.attributes.edge;
+      return {geometry, moving: surface.moving.map((fewer) => cornerNormals(fewer, isSmooth)), meshes};
     });
     this.shapes.push(...added);
   }
@@ -392,6 +394,18 @@ export class Stage {
     camera.updateProjectionMatrix();
   }
 
+  // While the picture moves, round bodies have as few triangles as leave their outlines where they are,
+  // to about a pixel.
+  #setFineness(isStill) {
+    const perLength = (kCoarse * this.canvas.clientHeight) / (2 * this.distance * Math.tan((kFieldOfView * Math.PI) / 360));
+    for (const {geometry, moving, meshes} of this.shapes) {
+      if (moving.length === 0) continue;
+      const pixels = perLength * geometry.boundingSphere.radius;
+      const fewer = isStill ? undefined : moving[kMovingPixels.findLastIndex((most) => pixels < most)];
+      for (const mesh of meshes) mesh.geometry = fewer ?? geometry;
+    }
+  }
+
   // In a large run shadows, edges, roundness and full resolution wait until the picture stands still.
   render(isStill = true) {
     const {distance} = this;
@@ -400,9 +414,7 @@ export class Stage {
     this.#lay(this.sun.shadow, Math.min(kShadow, (kShadowReach * distance) / this.size) * this.size);
     this.sun.castShadow = hasShadow;
     this.drawsEdges.value = isStill;
-    for (const {geometry, moving, meshes} of this.shapes) {
-      for (const mesh of moving ? meshes : []) mesh.geometry = isStill ? geometry : moving;
-    }
+    this.#setFineness(isStill);
     this.renderer.shadowMap.needsUpdate = hasShadow;
     this.ground.update();
     // Near enough for a look at a gap, far enough for the ground. What hides a gap is cut away.
