@@ -297,47 +297,58 @@ class EndSearchLimit final : public Interrupt {
 
 // From here on one pass over the whole pair costs less than a search for each contact.
 constexpr std::size_t kSharedEnds = 2;
+// The same for a smooth body on a mesh, whose surfaces may have to be lifted apart.
+constexpr std::size_t kSharedSmoothEnds = 8;
 
 using Searches = std::vector<std::optional<EndSearch>>;
 using MeasuredEnds = std::vector<std::optional<EndGap>>;
 
-// The contacts of a smooth body on a mesh, whose ends one search finds: those whose surfaces need not
-// be lifted apart. None if it was cut off; without contacts if there are too few of them.
-std::optional<std::vector<ContactPoint>> shared_search(const PairAtEnd& pair,
-                                                       const Searches& searches,
-                                                       Interrupt& interrupt,
-                                                       ContactWorkspace& workspace) {
+// One search for the ends of all contacts of a smooth body on a mesh whose surfaces need not be lifted
+// apart.
+struct SharedSearch {
+  bool is_used = false;
   std::vector<ContactPoint> found;
-  if (!is_smooth_core(pair.a) && !is_smooth_core(pair.b)) return found;
-  std::size_t count = 0;
+};
+
+// None if it was cut off. Nothing need be lifted if the bodies are apart at the end.
+std::optional<SharedSearch> shared_search(const PairAtEnd& pair, Searches& searches,
+                                          Interrupt& interrupt, ContactWorkspace& workspace) {
+  SharedSearch shared;
+  const bool has_smooth = is_smooth_core(pair.a) || is_smooth_core(pair.b);
+  if (!has_smooth || searches.size() < kSharedSmoothEnds) return shared;
+  const bool are_apart = distance(pair.a, pair.X_WA, pair.b, pair.X_WB).lower > 0;
   Scalar reach = 0;
-  for (const auto& search : searches) {
-    if (!search || search->place.lift > 0) continue;
-    ++count;
+  for (auto& search : searches) {
+    if (!search) continue;
+    if (are_apart) search->place.lift = 0;
+    if (search->place.lift > 0) continue;
+    shared.is_used = true;
     reach = std::max(reach, search->place.reach);
   }
-  if (count < kSharedEnds) return found;
-  if (!generate_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, reach, {}, workspace, found,
-                         &interrupt)) {
+  if (shared.is_used && !generate_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, reach, {},
+                                           workspace, shared.found, &interrupt)) {
     return std::nullopt;
   }
-  return found;
+  return shared;
 }
 
+// The searches lose lifts that they do not need.
 std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
-                                       std::span<const CurvedContact> contacts,
-                                       const Searches& searches, Interrupt& interrupt,
-                                       ContactWorkspace& workspace) {
+                                       std::span<const CurvedContact> contacts, Searches& searches,
+                                       Interrupt& interrupt, ContactWorkspace& workspace) {
   const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   MeasuredEnds ends(contacts.size());
   const auto shared = shared_search(pair, searches, interrupt, workspace);
   if (!shared) return std::nullopt;
   std::vector<ContactPoint> found;
+  const auto end_in = [&](const std::vector<ContactPoint>& among, std::size_t k) {
+    return end_among(among, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+  };
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!searches[k]) continue;
     const ContactPlace& place = searches[k]->place;
-    if (!shared->empty() && !(place.lift > 0)) {
-      ends[k] = end_among(*shared, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+    if (shared->is_used && !(place.lift > 0)) {
+      ends[k] = end_in(shared->found, k);
       continue;
     }
     const RigidPose X_WB = lifted(place, pair.X_WB);
@@ -348,7 +359,7 @@ std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
       return std::nullopt;
     }
     const bool is_fitted = fit_ball_contacts(pair.a, pair.X_WA, pair.b, X_WB, most_sagitta, found);
-    ends[k] = end_among(found, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+    ends[k] = end_in(found, k);
     if (ends[k] && is_fitted) ends[k]->is_smooth = true;
   }
   return ends;
