@@ -13,9 +13,10 @@ namespace dyop::dynamics_internal {
 
 namespace {
 
-// Contacts whose normals are all within this cosine of one direction open along it.
+// If every normal has at least this cosine to their sum, a shift along it opens all contacts.
 constexpr Scalar kOneSided = 1e-2;
-// Over the largest demand: what is left of it after a thousand times as much motion.
+// The shortest motion that meets the demands is about 1 / residual times the largest demand. Below
+// this residual it is not small.
 constexpr Scalar kLeastResidual = 1e-3;
 constexpr Scalar kLeastGain = 1e-9;  // literal: rounding
 constexpr int kMostColumns = 60;
@@ -30,9 +31,10 @@ bool is_one_sided(std::span<const GapDemand> demands) {
 
 }  // namespace
 
-// By Farkas' lemma there is no such motion if and only if forces along the normals balance while
-// what they ask for adds up to more than nothing: a combination of the columns (force, torque over
-// a lever arm, demand) reaches (0, 0, 1). How near it comes tells how long the motion is.
+// By Farkas' lemma there is no such motion if and only if some forces along the normals balance
+// while the demands, weighted by them, add up to more than zero: that is, if a nonnegative
+// combination of the columns (force, torque / lever arm, demand) equals (0, 0, 1). The nearer the
+// best combination comes, the longer the motion that meets the demands.
 bool can_meet(std::span<const GapDemand> demands) {
   Scalar most = 0;
   Vector3 center = Vector3::Zero();
@@ -60,7 +62,7 @@ bool can_meet(std::span<const GapDemand> demands) {
       if (next > gain) best = i;
       gain = std::max(gain, next);
     }
-    if (best == rows.size()) return true;  // the residual is such a motion
+    if (best == rows.size()) return true;  // the residual, scaled, is such a motion
     if (!fit.add(rows[best], best)) return true;
     if (fit.residual().norm() < kLeastResidual) return false;
   }
@@ -69,10 +71,10 @@ bool can_meet(std::span<const GapDemand> demands) {
 
 namespace {
 
-// Of the usual rest offset, the least: below, queries become long.
+// Least fraction of the usual rest offset. Smaller ones would make queries slow.
 constexpr Scalar kLeastFraction = 1. / 64;
-// A rest offset is changed if the room beyond the target distance is less, or more, than so many of
-// them. At first half of the room is used.
+// Room beyond the target distance, in rest offsets. With too little the rest offset is halved until
+// the room is enough; with ample room it is doubled again.
 constexpr Scalar kTooLittleRoom = 1.5;
 constexpr Scalar kEnoughRoom = 2;
 constexpr Scalar kAmpleRoom = 8;
@@ -82,7 +84,7 @@ using RunPair = IslandRun::RunPair;
 // The contacts of one body with what surrounds it.
 struct Surroundings {
   std::vector<const RunPair*> pairs;
-  std::vector<char> moves_a;  // by pair: the body is A
+  std::vector<char> moves_a;  // by pair: whether the body is A
 
   bool have_room(Scalar rest_offsets) const;
   void fit() const;

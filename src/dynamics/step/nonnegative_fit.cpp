@@ -15,8 +15,8 @@ bool NonnegativeFit::add(Eigen::VectorXd values, std::size_t number) {
   return is_used;
 }
 
-// Goes towards the best weights of all columns, and drops the first that would become negative, as
-// often as it takes.
+// Moves the weights towards those of unconstrained least squares. The first column whose weight
+// falls to zero on the way is dropped, and the others are fitted again.
 bool NonnegativeFit::fit() {
   while (!columns_.empty()) {
     Eigen::MatrixXd matrix(target_.size(), Eigen::Index(columns_.size()));
@@ -27,7 +27,7 @@ bool NonnegativeFit::fit() {
     const std::size_t last = columns_.size() - 1;
     if (!(wanted[Eigen::Index(last)] > 0)) return false;
     Scalar part = 1;
-    std::size_t first = last;  // to lose its weight on the way
+    std::size_t first = last;  // whose weight falls to zero first; `last` if none does
     for (std::size_t i = 0; i < last; ++i) {
       const Scalar next = wanted[Eigen::Index(i)];
       if (next > 0) continue;

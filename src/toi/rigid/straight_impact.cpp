@@ -16,13 +16,13 @@
 namespace dyop::toi_internal {
 namespace {
 
-// Where the core of B is seen from that of A: p at the start of the query, from then on moving by
-// v. Cores are points; of a plane it is the foot of the other core's perpendicular, which moves
-// along with that core, so that p and v are along the plane's normal.
+// The path of B's core relative to A's: at p when the query starts, then with the velocity v. A
+// ball's core is its centre. A plane's core is the foot of the perpendicular from the ball's centre
+// and moves along the plane with it, so p and v are along the plane's normal.
 struct CorePath {
   Vector3 p = Vector3::Zero();
   Vector3 v = Vector3::Zero();
-  Scalar radii = 0;  // of the balls around the cores
+  Scalar radii = 0;  // sum of the balls' radii
 
   Vector3 after(Scalar s) const { return p + s * v; }
 };
@@ -36,7 +36,7 @@ struct StraightBody {
   const Motion& motion;
   const char* name;  // of the motion, in messages
   TwistBound bound;
-  MotionState state;  // at the time that was set last
+  MotionState state;  // at the time of the last set_time()
 
   const SimpleCore& core() const { return shape.simple_core(); }
   bool is_ball() const { return core().kind == CoreKind::Point; }
@@ -45,7 +45,7 @@ struct StraightBody {
     return core().is_centred ? origin() : Vector3(state.X_WB * core().center);
   }
 
-  // Whether the ball's centre, or the plane, moves at a constant velocity.
+  // Sets `bound`. Returns whether the ball's centre, or the plane, keeps its velocity.
   bool set_bound(const TimeInterval& interval) {
     if (!motion.is_trusted()) return false;
     bound = motion.twist_bound(interval);
@@ -55,7 +55,7 @@ struct StraightBody {
   void set_time(Scalar t) { state = motion_internal::guarded_state(motion, true, t, name); }
 };
 
-// From the plane of a half-space to a point; zero below it.
+// The vector from the plane of a half-space to a point above it; zero for points below.
 Vector3 above_plane(const StraightBody& plane, const Vector3& p_W) {
   const auto& half_space = static_cast<const HalfSpace&>(plane.shape);
   const Vector3 n_W = plane.state.X_WB.rotation() * half_space.normal();
@@ -63,7 +63,7 @@ Vector3 above_plane(const StraightBody& plane, const Vector3& p_W) {
   return std::max(height, Scalar(0)) * n_W;
 }
 
-// Its part along the normal of a half-space.
+// The part of a velocity along the normal of a half-space.
 Vector3 along_normal(const StraightBody& plane, const Vector3& v_W) {
   const auto& half_space = static_cast<const HalfSpace&>(plane.shape);
   const Vector3 n_W = plane.state.X_WB.rotation() * half_space.normal();
@@ -75,7 +75,7 @@ class StraightPair {
   explicit StraightPair(const RigidQuery& query)
       : query_(query), a_(query.a, query.X_WA, kMotionOfA), b_(query.b, query.X_WB, kMotionOfB) {}
 
-  // False, with nothing known, if the search must decide.
+  // Returns false, with `result` unchanged, if the search must decide.
   bool solve(ToiResult& result);
 
  private:
@@ -96,7 +96,7 @@ class StraightPair {
   Scalar noise_ = 0;
 };
 
-// The search's.
+// The allowance that the search would compute.
 Scalar StraightPair::rounding_allowance() const {
   const Scalar origins = (b_.origin() - a_.origin()).norm();
   const Scalar apart = largest_distance(origins, a_.bound, b_.bound, query_.interval);
@@ -124,8 +124,8 @@ CorePath StraightPair::path() const {
 }
 
 bool StraightPair::solve(ToiResult& result) {
-  // One solution is enough, unless the distance at first is so long that its square hides the
-  // radii.
+  // The quadratic is solved again at its root until the gap there is small enough. Once will do,
+  // unless the first distance is so long that its square hides the radii.
   constexpr int kSolutions = 8;
   const TimeInterval& interval = query_.interval;
   if (!a_.set_bound(interval) || !b_.set_bound(interval)) return false;
@@ -152,7 +152,7 @@ bool StraightPair::solve(ToiResult& result) {
   return false;
 }
 
-// The rules by which the search reports an impact, at poses computed anew.
+// Reports an impact at t by the rules of the search, at poses computed for t.
 bool StraightPair::finish_impact(const CorePath& path, Scalar t, ToiResult& result) {
   const std::optional<Scalar> hit = hit_time(path, t);
   if (!hit) return false;
@@ -168,27 +168,27 @@ bool StraightPair::finish_impact(const CorePath& path, Scalar t, ToiResult& resu
   return true;
 }
 
-// A time at which the gap is below the target of leaves, rounding allowed for, shortly after it
-// fell to that; nothing if the cores pass each other without coming so near.
+// A time soon after t at which the gap is surely below the target of leaves, rounding included;
+// nothing if the cores pass each other without coming so near.
 std::optional<Scalar> StraightPair::hit_time(const CorePath& path, Scalar t) const {
   const Scalar begin = query_.interval.begin;
   const Scalar target = path.radii + query_.band.leaf_target;
   const Scalar reach = target - noise_;
   const Vector3 p = path.after(t - begin);
   const Scalar distance = p.norm();
-  // Of |p + s v|^2 = reach^2: the first root, in the form without cancellation.
+  // The first root of |p + s v|^2 = reach^2, in the form without cancellation.
   const Scalar product = (distance - reach) * (distance + reach);
   const Scalar closing = -p.dot(path.v);
   const Scalar discriminant = closing * closing - path.v.squaredNorm() * product;
   if (!(discriminant > 0 && closing > 0 && product > 0)) return std::nullopt;
   const Scalar step = product / (closing + std::sqrt(discriminant));
   const Scalar hit = std::nextafter(t + step, kInfinity);
-  // What rounding adds to the distance is below half of the allowance.
+  // Rounding moves the distance by less than half of the allowance.
   const bool is_near = path.after(hit - begin).norm() <= target - noise_ / 2;
   return is_near && hit > t ? std::optional(hit) : std::nullopt;
 }
 
-// At the current time, where the cores are not in one place.
+// The contact at the current time. The cores must not coincide.
 ImpactContact StraightPair::contact(const CorePath& now) const {
   const Scalar length = now.p.norm();
   const Scalar gap = length - now.radii;
