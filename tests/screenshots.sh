@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Pictures of thirteen runs' pages, to be looked at one by one: three sizes, light and dark, four
+# Pictures of fifteen runs' pages, to be looked at one by one: three sizes, light and dark, four
 # moments; 4 minutes on two cores.
 # Usage: bash tests/screenshots.sh [OUT [NAME...]]     OUT: build/screenshots
 # Environment: DYOP, the command (default build/release/dyop), DYOP_PAGE_MODULES.
