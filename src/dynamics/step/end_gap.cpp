@@ -232,26 +232,47 @@ std::optional<EndSearch> end_search(const ContactPoint& point, const CurvedMove&
   return search;
 }
 
+// Contacts found at the end of a substep, and how far each is from the nearest contact of the pair.
+class FoundEnds {
+ public:
+  FoundEnds(std::span<const ContactPoint> found, std::span<const Vector3> points_W)
+      : found_(found), points_W_(points_W), nearest_sq_(found.size(), -1) {}
+
+  std::span<const ContactPoint> contacts() const { return found_; }
+  // Computed when first asked for.
+  Scalar nearest_sq(std::size_t k) {
+    Scalar& least = nearest_sq_[k];
+    if (least >= 0) return least;
+    least = kInfinity;
+    for (const Vector3& p_W : points_W_) {
+      least = std::min(least, (found_[k].p_WCa - p_W).squaredNorm());
+    }
+    return least;
+  }
+
+ private:
+  std::span<const ContactPoint> found_;
+  std::span<const Vector3> points_W_;
+  std::vector<Scalar> nearest_sq_;
+};
+
 // The end of a contact among those found at its place. What is nearer to another point of the pair
 // belongs to that one.
-std::optional<EndGap> end_among(const std::vector<ContactPoint>& found, const ContactPoint& point,
-                                const EndSearch& search, std::span<const Vector3> points_W,
-                                Scalar most_sagitta) {
+std::optional<EndGap> end_among(FoundEnds& found, const ContactPoint& point,
+                                const EndSearch& search, Scalar most_sagitta) {
   const ContactPlace& place = search.place;
   std::vector<const ContactPoint*> near_by;
   const ContactPoint* nearest = nullptr;
   const auto gap_of = [&](const ContactPoint& other) {
     return other.gap - place.lift * other.nhat_AB_W.dot(place.nhat_AB_W);
   };
-  for (const ContactPoint& other : found) {
+  for (std::size_t k = 0; k < found.contacts().size(); ++k) {
+    const ContactPoint& other = found.contacts()[k];
     const Scalar cosine = other.nhat_AB_W.dot(place.nhat_AB_W);
     const Scalar apart = std::min((other.p_WCa - place.p_WCa).squaredNorm(),
                                   (other.p_WCa - place.p_WCb).squaredNorm());
     if (cosine < kContactMergedCosine || apart > search.near * search.near) continue;
-    const bool is_of_another =
-        std::any_of(points_W.begin(), points_W.end(),
-                    [&](const Vector3& p_W) { return (other.p_WCa - p_W).squaredNorm() < apart; });
-    if (is_of_another) continue;
+    if (found.nearest_sq(k) < apart) continue;
     near_by.push_back(&other);
     if (!nearest || gap_of(other) < gap_of(*nearest)) nearest = &other;
   }
@@ -297,25 +318,26 @@ class EndSearchLimit final : public Interrupt {
 
 // From here on one pass over the whole pair costs less than a search for each contact.
 constexpr std::size_t kSharedEnds = 2;
-// The same for a smooth body on a mesh, whose surfaces may have to be lifted apart.
-constexpr std::size_t kSharedSmoothEnds = 8;
+// The same for a round body on a mesh.
+constexpr std::size_t kSharedRoundEnds = 8;
 
 using Searches = std::vector<std::optional<EndSearch>>;
 using MeasuredEnds = std::vector<std::optional<EndGap>>;
 
-// One search for the ends of all contacts of a smooth body on a mesh whose surfaces need not be lifted
+// One search for the ends of many contacts of a round body on a mesh, whose surfaces need not be lifted
 // apart.
 struct SharedSearch {
   bool is_used = false;
+  bool is_fitted = false;
   std::vector<ContactPoint> found;
 };
 
 // None if it was cut off. Nothing need be lifted if the bodies are apart at the end.
 std::optional<SharedSearch> shared_search(const PairAtEnd& pair, Searches& searches,
-                                          Interrupt& interrupt, ContactWorkspace& workspace) {
+                                          Scalar most_sagitta, Interrupt& interrupt,
+                                          ContactWorkspace& workspace) {
   SharedSearch shared;
-  const bool has_smooth = is_smooth_core(pair.a) || is_smooth_core(pair.b);
-  if (!has_smooth || searches.size() < kSharedSmoothEnds) return shared;
+  if (searches.size() < kSharedRoundEnds) return shared;
   const bool are_apart = distance(pair.a, pair.X_WA, pair.b, pair.X_WB).lower > 0;
   Scalar reach = 0;
   for (auto& search : searches) {
@@ -325,10 +347,13 @@ std::optional<SharedSearch> shared_search(const PairAtEnd& pair, Searches& searc
     shared.is_used = true;
     reach = std::max(reach, search->place.reach);
   }
-  if (shared.is_used && !generate_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, reach, {},
-                                           workspace, shared.found, &interrupt)) {
+  if (!shared.is_used) return shared;
+  if (!generate_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, reach, {}, workspace, shared.found,
+                         &interrupt)) {
     return std::nullopt;
   }
+  shared.is_fitted =
+      fit_ball_contacts(pair.a, pair.X_WA, pair.b, pair.X_WB, most_sagitta, shared.found);
   return shared;
 }
 
@@ -338,17 +363,19 @@ std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
                                        Interrupt& interrupt, ContactWorkspace& workspace) {
   const Scalar most_sagitta = kContactFitRestOffsets * pair.lengths.rest_offset;
   MeasuredEnds ends(contacts.size());
-  const auto shared = shared_search(pair, searches, interrupt, workspace);
+  const auto shared = shared_search(pair, searches, most_sagitta, interrupt, workspace);
   if (!shared) return std::nullopt;
   std::vector<ContactPoint> found;
-  const auto end_in = [&](const std::vector<ContactPoint>& among, std::size_t k) {
-    return end_among(among, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+  FoundEnds found_together(shared->found, pair.points_W);
+  const auto take_end = [&](FoundEnds& among, bool is_fitted, std::size_t k) {
+    ends[k] = end_among(among, *contacts[k].point, *searches[k], most_sagitta);
+    if (ends[k] && is_fitted) ends[k]->is_smooth = true;
   };
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!searches[k]) continue;
     const ContactPlace& place = searches[k]->place;
     if (shared->is_used && !(place.lift > 0)) {
-      ends[k] = end_in(shared->found, k);
+      take_end(found_together, shared->is_fitted, k);
       continue;
     }
     const RigidPose X_WB = lifted(place, pair.X_WB);
@@ -359,8 +386,8 @@ std::optional<MeasuredEnds> ends_alone(const PairAtEnd& pair,
       return std::nullopt;
     }
     const bool is_fitted = fit_ball_contacts(pair.a, pair.X_WA, pair.b, X_WB, most_sagitta, found);
-    ends[k] = end_in(found, k);
-    if (ends[k] && is_fitted) ends[k]->is_smooth = true;
+    FoundEnds found_here(found, pair.points_W);
+    take_end(found_here, is_fitted, k);
   }
   return ends;
 }
@@ -382,7 +409,8 @@ std::optional<MeasuredEnds> ends_together(const PairAtEnd& pair,
       {pair.a, pair.X_WA, pair.b, pair.X_WB, places, pair.points_W, &interrupt}, workspace,
       [&](std::size_t place, const std::vector<ContactPoint>& found) {
         const std::size_t k = numbers[place];
-        ends[k] = end_among(found, *contacts[k].point, *searches[k], pair.points_W, most_sagitta);
+        FoundEnds found_here(found, pair.points_W);
+        ends[k] = end_among(found_here, *contacts[k].point, *searches[k], most_sagitta);
       });
   if (!is_complete) return std::nullopt;
   return ends;

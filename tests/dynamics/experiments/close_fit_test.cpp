@@ -4,6 +4,7 @@
 // less than two rest gaps; it is free play as long as it is more than the target distance.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -11,6 +12,7 @@
 
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {
@@ -151,6 +153,43 @@ TEST(CloseFit, APlateSwingsOnARoundPinAsAPendulumDoes) {
   }
 }
 
+// A ball in a hollow sphere of 1,280 triangles, whose centre of mass is off its middle. Hundreds of
+// triangles are near.
+TEST(CloseFit, ABallTurnsInItsSocketAsAPendulumDoes) {
+  constexpr Scalar kBallRadius = 0.3;
+  constexpr Scalar kOffset = 0.1;
+  for (const Scalar play : {3e-3, 3e-4}) {
+    World world(earth_options());
+    BodyDefinition socket;
+    socket.name = "socket";
+    socket.kind = BodyKind::Static;
+    socket.friction = 0;
+    const TriangleMesh sphere = icosphere(3).mesh();
+    Scalar inner = kInfinity;  // radius of the ball that fits inside
+    for (const TriangleIndices& t : sphere.triangles()) {
+      const auto corner = [&](int k) -> Vector3 {
+        return sphere.vertices()[std::size_t(t[std::size_t(k)])];
+      };
+      const Vector3 n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+      inner = std::min(inner, std::abs(n.dot(corner(0))));
+    }
+    socket.shape =
+        std::make_shared<TriangleMesh>(icosphere(3, (kBallRadius + play) / inner).mesh());
+    world.add_body(socket);
+    BodyDefinition ball =
+        dynamic_body("ball", std::make_shared<Sphere>(kBallRadius), Vector3::Zero());
+    ball.friction = 0;
+    ball.restitution = 0;
+    ball.mass_properties.p_BoBcm = Vector3(kOffset, 0, 0);
+    const BodyId id = world.add_body(ball);
+    for (int k = 0; k < 30; ++k) world.advance(0.01);
+    // The pendulum of pendulum_angle() swings about z, with gravity along -y.
+    const Scalar expected = pendulum_angle(ball.mass_properties, 0.3);
+    const Vector3 arm_W = world.state(id).X_WB.rotation() * Vector3::UnitX();
+    EXPECT_NEAR(std::atan2(arm_W.z(), arm_W.x()), expected, 0.01 * std::abs(expected)) << play;
+  }
+}
+
 // Boxes side by side between two walls, with this much play at each of their sides.
 std::vector<BodyId> add_row(World& world, int count, Scalar play, Scalar friction) {
   const Scalar half_width = (count + (count + 1) * play) / 2;
@@ -178,7 +217,7 @@ std::vector<BodyId> add_row(World& world, int count, Scalar play, Scalar frictio
 // Nothing presses the boxes together, so nothing brakes them. With recovery of contradictory gaps
 // something did, or threw them out.
 TEST(CloseFit, BoxesFallFreelyBetweenWallsThatLeaveLessThanTheirRestGaps) {
-  for (const int count : {1, 3, 6}) {
+  for (const int count : {1, 3}) {
     for (const Scalar friction : {0., 0.5}) {
       for (const Scalar play : {3e-4, 1e-3}) {
         World world(earth_options());
