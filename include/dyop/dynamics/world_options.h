@@ -47,6 +47,7 @@ struct WorldOptions {
   /// World::set_target_distance.
   std::optional<Scalar> target_distance = {};
   /// s, how far above d* bodies come to rest, length > 0. Default: 4 d*, or 4e-4 r if d* is 0.
+  /// Less where a body has too little room for it (docs/algorithms/stepping.md, "Close fits").
   std::optional<Scalar> rest_offset = {};
   ImpactPolicy policy = ImpactPolicy::Impulse;
   ImpactCallback on_impact = {};  ///< for ImpactPolicy::Callback
