@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
 #include <vector>
 
 #include "dynamics/step/island.h"
@@ -21,14 +20,6 @@ constexpr Scalar kLeastResidual = 1e-3;
 constexpr Scalar kLeastGain = 1e-9;  // literal: rounding
 constexpr int kMostColumns = 60;
 
-bool is_one_sided(std::span<const GapDemand> demands) {
-  Vector3 sum = Vector3::Zero();
-  for (const GapDemand& demand : demands) sum += demand.nhat_W;
-  const Scalar least = kOneSided * sum.norm();
-  return std::all_of(demands.begin(), demands.end(),
-                     [&](const GapDemand& demand) { return demand.nhat_W.dot(sum) > least; });
-}
-
 }  // namespace
 
 // By Farkas' lemma there is no such motion if and only if some forces along the normals balance
@@ -42,7 +33,7 @@ bool can_meet(std::span<const GapDemand> demands) {
     most = std::max(most, demand.missing);
     center += demand.p_W / Scalar(demands.size());
   }
-  if (!(most > 0) || is_one_sided(demands)) return true;
+  if (!(most > 0)) return true;
   Scalar length = 0;
   for (const GapDemand& demand : demands) length = std::max(length, (demand.p_W - center).norm());
   using Row = Eigen::Matrix<Scalar, 7, 1>;
@@ -86,9 +77,28 @@ struct Surroundings {
   std::vector<const RunPair*> pairs;
   std::vector<char> moves_a;  // by pair: whether the body is A
 
+  Vector3 normal(std::size_t pair, const ContactPoint& point) const {
+    return moves_a[pair] ? Vector3(-point.nhat_AB_W) : point.nhat_AB_W;
+  }
+  bool are_one_sided() const;
   bool have_room(Scalar rest_offsets) const;
   void fit() const;
 };
+
+// The usual case: contacts with a floor, or with one side of another body.
+bool Surroundings::are_one_sided() const {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const ContactPoint& point : pairs[i]->state->points()) sum += normal(i, point);
+  }
+  const Scalar least = kOneSided * sum.norm();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (const ContactPoint& point : pairs[i]->state->points()) {
+      if (!(normal(i, point).dot(sum) > least)) return false;
+    }
+  }
+  return true;
+}
 
 bool Surroundings::have_room(Scalar rest_offsets) const {
   std::vector<GapDemand> demands;
@@ -96,18 +106,13 @@ bool Surroundings::have_room(Scalar rest_offsets) const {
     const PairState& state = *pairs[i]->state;
     const Scalar least = state.lengths.target + rest_offsets * state.lengths.rest_offset;
     for (const ContactPoint& point : state.points()) {
-      demands.push_back({moves_a[i] ? Vector3(-point.nhat_AB_W) : point.nhat_AB_W,
-                         (point.p_WCa + point.p_WCb) / 2, least - point.gap});
+      demands.push_back({normal(i, point), (point.p_WCa + point.p_WCb) / 2, least - point.gap});
     }
   }
   return can_meet(demands);
 }
 
 void Surroundings::fit() const {
-  const auto count = [](std::size_t sum, const RunPair* pair) {
-    return sum + pair->state->points().size();
-  };
-  if (std::accumulate(pairs.begin(), pairs.end(), std::size_t{0}, count) < 2) return;
   const auto scale = [this](Scalar factor) {
     bool may_go_on = true;
     for (const RunPair* pair : pairs) {
@@ -122,7 +127,9 @@ void Surroundings::fit() const {
   const bool is_usual = std::all_of(pairs.begin(), pairs.end(), [](const RunPair* pair) {
     return pair->state->lengths.rest_offset == pair->state->lengths.usual_rest_offset;
   });
-  if (!have_room(kTooLittleRoom)) {
+  if (are_one_sided()) {
+    if (!is_usual) scale(2);
+  } else if (!have_room(kTooLittleRoom)) {
     while (scale(0.5) && !have_room(kEnoughRoom)) continue;
   } else if (!is_usual && have_room(kAmpleRoom)) {
     scale(2);

@@ -338,7 +338,10 @@ std::optional<SharedSearch> shared_search(const PairAtEnd& pair, Searches& searc
                                           ContactWorkspace& workspace) {
   SharedSearch shared;
   if (searches.size() < kSharedRoundEnds) return shared;
-  const bool are_apart = distance(pair.a, pair.X_WA, pair.b, pair.X_WB).lower > 0;
+  const bool has_lift = std::any_of(searches.begin(), searches.end(), [](const auto& search) {
+    return search && search->place.lift > 0;
+  });
+  const bool are_apart = has_lift && distance(pair.a, pair.X_WA, pair.b, pair.X_WB).lower > 0;
   Scalar reach = 0;
   for (auto& search : searches) {
     if (!search) continue;

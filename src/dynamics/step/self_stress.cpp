@@ -28,9 +28,8 @@ struct Generator {
   Eigen::VectorXd column;
 };
 
-// Least squares over impulses that push: | imbalance |^2 + | work + 1 |^2, by
-// NonnegativeFit. Its columns are not listed beforehand: each time the best direction in the cones
-// is the next.
+// Least squares over impulses that push: | imbalance |^2 + | work + 1 |^2. Its
+// columns are not listed beforehand: the next one is always the best direction in the cones.
 class StressSearch {
  public:
   StressSearch(const ContactProblem& problem, std::size_t movable);
