@@ -9,6 +9,7 @@
 #include "contact/generation/flat_contacts.h"
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
+#include "dynamics/step/corner_passage.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/convex_shape.h"
@@ -39,14 +40,23 @@ Vector3 between(const Vector3& p, const Vector3& q) {
   return (p + q) / 2;
 }
 
-// A vertex or an edge of a convex shape's core, in world, as a triangle without area.
+// The mesh that a feature belongs to: a mesh itself, or a convex shape's core.
+const TriangleMesh* surface_of(const Shape& shape) {
+  if (shape.kind() == ShapeKind::TriangleMesh) return &static_cast<const TriangleMesh&>(shape);
+  if (shape.kind() == ShapeKind::Convex) {
+    return static_cast<const ConvexShape&>(shape).core_surface();
+  }
+  return nullptr;
+}
+
+// A vertex or an edge of a surface, in world, as a triangle without area.
 std::optional<Triangle> thin_feature(const Shape& shape, const Feature& feature,
                                      const RigidPose& X_W) {
-  if (shape.kind() != ShapeKind::Convex) return std::nullopt;
   if (feature.kind != FeatureKind::Vertex && feature.kind != FeatureKind::Edge) return std::nullopt;
-  const TriangleMesh& core = *static_cast<const ConvexShape&>(shape).core_surface();
+  const TriangleMesh* surface = surface_of(shape);
+  if (!surface) return std::nullopt;
   const auto corner = [&](std::size_t k) -> Vector3 {
-    return X_W * core.vertices()[std::size_t(feature.vertices[k])];
+    return X_W * surface->vertices()[std::size_t(feature.vertices[k])];
   };
   const Vector3 last = corner(feature.vertex_count() - 1);
   return Triangle{corner(0), last, last};
@@ -80,12 +90,7 @@ constexpr Scalar kCommonNormal = 1 - 1e-6;  // literal: cosine
 // Direction of an edge in its shape's frame, of any length.
 std::optional<Vector3> edge_direction(const Shape& shape, const Feature& feature) {
   if (feature.kind != FeatureKind::Edge) return std::nullopt;
-  const TriangleMesh* mesh = nullptr;
-  if (shape.kind() == ShapeKind::TriangleMesh) {
-    mesh = &static_cast<const TriangleMesh&>(shape);
-  } else if (shape.kind() == ShapeKind::Convex) {
-    mesh = static_cast<const ConvexShape&>(shape).core_surface();
-  }
+  const TriangleMesh* mesh = surface_of(shape);
   if (!mesh) return std::nullopt;
   return mesh->vertices()[std::size_t(feature.vertices[1])] -
          mesh->vertices()[std::size_t(feature.vertices[0])];
@@ -122,6 +127,51 @@ std::optional<EndGap> crossing_end_gap(const ContactPoint& point, const Shape& a
   return EndGap{n.dot(apart), between(p_a + s * u, p_b + t * v)};
 }
 
+// The least distance of two convex shapes on a straight way that ends in `last`, which is a convex
+// function of the way, within a few halvings of the part that holds it.
+Scalar least_on_way(const contact_internal::MovedPieces& pieces, const DistanceResult& last) {
+  constexpr int kHalvings = 5;
+  const Vector3 way_a = pieces.X_WA_end.translation() - pieces.X_WA.translation();
+  const Vector3 way_b = pieces.X_WB_end.translation() - pieces.X_WB.translation();
+  const auto is_leaving = [&](const DistanceResult& at) {
+    return (at.p_WCb - at.p_WCa).dot(way_b - way_a) > 0;
+  };
+  Scalar least = last.upper;
+  if (!is_leaving(last)) return least;
+  Scalar before = 0;
+  Scalar after = 1;
+  for (int k = 0; k < kHalvings; ++k) {
+    const Scalar s = (before + after) / 2;
+    const RigidPose X_WA = RigidPose::from_trusted(pieces.X_WA_end.rotation(),
+                                                   pieces.X_WA_end.translation() - (1 - s) * way_a);
+    const RigidPose X_WB = RigidPose::from_trusted(pieces.X_WB_end.rotation(),
+                                                   pieces.X_WB_end.translation() - (1 - s) * way_b);
+    const DistanceResult at = distance(pieces.a, X_WA, pieces.b, X_WB);
+    least = std::min(least, at.upper);
+    (is_leaving(at) ? after : before) = s;
+  }
+  return least;
+}
+
+// Two convex shapes, one of them smooth: their one contact slides over the surfaces, and a distance
+// query finds it. If its normal turns far, the shapes pass each other.
+std::optional<EndGap> smooth_end_gap(const ContactPoint& point,
+                                     const contact_internal::MovedPieces& pieces) {
+  const DistanceResult last = distance(pieces.a, pieces.X_WA_end, pieces.b, pieces.X_WB_end);
+  if (!(last.lower > 0)) return std::nullopt;
+  EndGap end{last.upper, between(last.p_WCa, last.p_WCb)};
+  const Vector3 apart = last.p_WCb - last.p_WCa;
+  if (apart.dot(point.nhat_AB_W) < kPassingCosine * apart.norm()) {
+    end.gap = least_on_way(pieces, last);
+    end.passes = end.gap > 0;
+  }
+  return end;
+}
+
+// A contact of a smooth shape on a mesh is looked at for a passage, a query of the whole mesh, if it
+// would close to less than this part of its gap.
+constexpr Scalar kPassingPart = 0.5;
+
 // The end gap of a place on flat parts of curved surfaces. The place is where the point on the
 // border is; the normal belongs to the other side.
 EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPieces& pieces) {
@@ -133,20 +183,22 @@ EndGap flat_end_gap(const ContactPoint& point, const contact_internal::MovedPiec
 
 }  // namespace
 
+bool is_on_face(const ContactPoint& point) {
+  return point.feature_a.kind == FeatureKind::Face || point.feature_b.kind == FeatureKind::Face;
+}
+
 EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end) {
   const Shape& shape_a = shape_part(*a.definition.shape, point.key.a.piece);
   const Shape& shape_b = shape_part(*b.definition.shape, point.key.b.piece);
-  if (contact_internal::is_flat_contact(point)) {
-    return flat_end_gap(point, {shape_a, shape_b, X_WA, X_WB, X_WA_end, X_WB_end});
-  }
+  const contact_internal::MovedPieces pieces{shape_a, shape_b, X_WA, X_WB, X_WA_end, X_WB_end};
+  if (contact_internal::is_flat_contact(point)) return flat_end_gap(point, pieces);
   const bool has_smooth = is_smooth_core(shape_a) || is_smooth_core(shape_b);
   if (has_smooth && !is_mesh(shape_a) && !is_mesh(shape_b)) {
-    // Their one contact slides over the surface: a distance query finds it.
-    const DistanceResult result = distance(shape_a, X_WA_end, shape_b, X_WB_end);
-    if (result.lower > 0) return {result.upper, between(result.p_WCa, result.p_WCb)};
-  } else if (const auto rounded = rounded_end_gap(point, shape_a, X_WA_end, shape_b, X_WB_end)) {
+    if (const auto smooth = smooth_end_gap(point, pieces)) return *smooth;
+  } else if (auto rounded = rounded_end_gap(point, shape_a, X_WA_end, shape_b, X_WB_end)) {
+    rounded->least = least_corner_gap(point, pieces);
     return *rounded;
   } else if (const auto crossing =
                  crossing_end_gap(point, shape_a, X_WA, X_WA_end, shape_b, X_WB, X_WB_end)) {
@@ -171,6 +223,14 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
     end.may_overstate =
         point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
   }
+  if (const auto passed = passing_gap(point, pieces)) {
+    end.gap = *passed;
+    end.passes = true;
+    end.may_overstate = false;
+  } else if (has_smooth && end.gap < kPassingPart * point.gap && !is_on_face(point)) {
+    const auto smooth = smooth_end_gap(point, pieces);
+    if (smooth && smooth->passes) return *smooth;
+  }
   return end;
 }
 
@@ -178,11 +238,10 @@ Scalar closing_at_dip(Scalar room, Scalar error) {
   return error > 0 && room < error ? 2 * std::sqrt(error * std::max(room, Scalar{0})) : kInfinity;
 }
 
-ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB) {
+ContactPoint point_of_hit(const ToiResult& hit, const BodyRecord& a, const RigidPose& X_WA,
+                          const BodyRecord& b, const RigidPose& X_WB) {
   const ImpactContact& found = *hit.contact;
   ContactPoint point;
-  point.p_ACa = hit.X_WA.inverse() * found.p_WCa;
-  point.p_BCb = hit.X_WB.inverse() * found.p_WCb;
   point.key.a.piece = found.child_a.value_or(0);
   point.key.b.piece = found.child_b.value_or(0);
   point.feature_a = found.feature_a;
@@ -190,12 +249,32 @@ ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const Rig
   point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
   const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
   point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
-  point.p_WCa = X_WA * point.p_ACa;
-  point.p_WCb = X_WB * point.p_BCb;
   point.nhat_AB_W =
       ((point.normal_is_of_b ? X_WB : X_WA).rotation() * point.nhat_AB_S).normalized();
+  // A ball that spins does not take the point where it is hit back with it.
+  const auto carried_back = [&](const Vector3& p_W, Scalar radius, const RigidPose& X_hit,
+                                const RigidPose& X_W) -> Vector3 {
+    const Vector3 core = X_hit.inverse() * Vector3(p_W + radius * found.nhat_AB_W);
+    return X_W * core - radius * point.nhat_AB_W;
+  };
+  const Scalar radius_a = rounding_radius(shape_part(*a.definition.shape, point.key.a.piece));
+  const Scalar radius_b = rounding_radius(shape_part(*b.definition.shape, point.key.b.piece));
+  point.p_WCa = carried_back(found.p_WCa, -radius_a, hit.X_WA, X_WA);
+  point.p_WCb = carried_back(found.p_WCb, radius_b, hit.X_WB, X_WB);
+  point.p_ACa = X_WA.inverse() * point.p_WCa;
+  point.p_BCb = X_WB.inverse() * point.p_WCb;
   point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
   return point;
+}
+
+Vector3 acting_point(const ContactPoint& hit) {
+  const Vector3 half = hit.gap / 2 * hit.nhat_AB_W;
+  const FeatureKind a = hit.feature_a.kind;
+  const FeatureKind b = hit.feature_b.kind;
+  const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
+  const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
+  if (is_of_a == is_of_b) return between(hit.p_WCa, hit.p_WCb);
+  return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
 }
 
 // Contacts on curved surfaces.

@@ -23,12 +23,18 @@ struct EndGap {
   bool is_smooth = false;  ///< that of a smooth curve, which no facet disturbs
   /// Of two edges that are nearly parallel, or lie on faces: they may have slid past each other.
   bool may_overstate = false;
+  bool passes = false;  ///< of two corners that pass each other: the least gap on the way
+  /// Of rounded corners: the least gap on the way.
+  std::optional<Scalar> least = {};
 };
+
+/// Whether one side of a contact is a face, whose normal it has.
+bool is_on_face(const ContactPoint& point);
 
 /// The gap of a contact after both bodies have moved from its poses X_WA, X_WB to new ones: between
 /// the same features, where a face moves with its body and a rounded core is taken at its centre.
 /// Rounded points and edges against each other: the exact distance of these features; edges that
-/// cross: that of their lines.
+/// cross: that of their lines; sharp corners that pass each other: see passing_gap().
 EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& X_WA,
                const RigidPose& X_WA_end, const BodyRecord& b, const RigidPose& X_WB,
                const RigidPose& X_WB_end);
@@ -42,8 +48,15 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 Scalar closing_at_dip(Scalar room, Scalar error);
 
 /// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its
-/// face.
-ContactPoint point_of_hit(const ToiResult& hit, const RigidPose& X_WA, const RigidPose& X_WB);
+/// face, the point on a rounded core with the core.
+ContactPoint point_of_hit(const ToiResult& hit, const BodyRecord& a, const RigidPose& X_WA,
+                          const BodyRecord& b, const RigidPose& X_WB);
+
+/// Where the impulse of a contact of a hit acts on both bodies at the earlier poses, at which its two
+/// points are not yet opposite each other: in the middle of the gap, and opposite the point that
+/// slides over the other body's face, or the vertex. A ball would else be turned by a push along its
+/// normal.
+Vector3 acting_point(const ContactPoint& hit);
 
 /// Whether the surfaces may bring another facet than the contact's to it within a short way: a
 /// contact that stands for its neighbours, or that of a ball on a mesh.

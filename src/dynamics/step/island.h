@@ -122,6 +122,7 @@ struct SubstepContact {
   Scalar error = 0;                  // end gap minus that of the linear prediction
   Scalar push = 0;                   // extra gap for a place that was hit again; length
   int hits = 0;
+  Scalar safe_closing = 0;  // of the linear gap, known not to dip on the way; length
 };
 
 /// The large arrays of a SubstepProblem. Made anew for every substep, they would go back to the

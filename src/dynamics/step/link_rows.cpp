@@ -101,8 +101,8 @@ Scalar recovery_of_substep(const SubstepProblem& substep, const JointState& join
 }
 
 bool is_held(const SubstepRow& entry) {
-  return entry.equation.kind == JointEquation::Kind::Equality ||
-         entry.equation.kind == JointEquation::Kind::Limit;
+  return !entry.is_left_out && (entry.equation.kind == JointEquation::Kind::Equality ||
+                                entry.equation.kind == JointEquation::Kind::Limit);
 }
 
 void add_reaction(const SubstepRow& entry, Scalar impulse) {

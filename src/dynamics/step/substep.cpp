@@ -10,9 +10,11 @@
 #include <vector>
 
 #include "core/tolerance.h"
+#include "dynamics/step/corner_passage.h"
 #include "dynamics/step/island.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
+#include "geometry/shape_tree.h"
 #include "motion/guarded_state.h"
 
 namespace dyop::dynamics_internal {
@@ -162,6 +164,10 @@ bool EndSearch::measure(const CurvedRange& range, StepWorkspace& workspace) {
   for (std::size_t k = range.first; k < range.last; ++k) {
     const std::optional<EndGap>& end = (*measured)[k - range.first];
     ends_[curved_[k]] = end ? *end : end_of_contact(curved_[k]);
+    const ContactPoint& point = *together[k - range.first].point;
+    ends_[curved_[k]].least = least_corner_gap(
+        point, {shape_part(at_end.a, point.key.a.piece), shape_part(at_end.b, point.key.b.piece),
+                at.X_WA, at.X_WB, at.X_WA_end, at.X_WB_end});
   }
   return true;
 }
@@ -330,6 +336,63 @@ std::size_t SubstepProofs::first_hit() const {
   return first;
 }
 
+// Corners.
+
+namespace {
+
+/// Where the members would be after a substep of length tau with the velocities that they have.
+class UnforcedMoves {
+ public:
+  UnforcedMoves(IslandRun& run, Scalar tau);
+
+  /// Where two corners would be that would meet if they closed at the rate of their start, but whose
+  /// way tells otherwise; none for other contacts.
+  std::optional<PredictedEnd> corner_end(const RunPair& pair, const ContactPoint& point) const;
+
+ private:
+  Vector3 velocity(const std::optional<std::size_t>& member, const BodyRecord& body,
+                   const Vector3& p_W) const;
+
+  IslandRun& run_;
+  MemberPoses poses_;
+  std::vector<Twist> twists_;  // of the members' centres of mass
+};
+
+}  // namespace
+
+UnforcedMoves::UnforcedMoves(IslandRun& run, Scalar tau) : run_(run) {
+  poses_.tau = tau;
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    const IslandRun::Member& member = run.members()[i];
+    const Twist& twist = twists_.emplace_back(run.central_twist(i, *member.body));
+    const BodyMove move = twist_move(*member.body, member.state, run.now(), twist.v_WB, twist.w_WB);
+    poses_.start.push_back(run.pose_of(i, *member.body));
+    poses_.end.push_back(move.motion->pose(run.now() + tau));
+  }
+}
+
+Vector3 UnforcedMoves::velocity(const std::optional<std::size_t>& member, const BodyRecord& body,
+                                const Vector3& p_W) const {
+  const Twist twist = member ? twists_[*member] : run_.central_twist(member, body);
+  const Vector3 center = central_pose(body, poses_.start_of(run_, member, body)).translation();
+  return twist.v_WB + twist.w_WB.cross(p_W - center);
+}
+
+std::optional<PredictedEnd> UnforcedMoves::corner_end(const RunPair& pair,
+                                                      const ContactPoint& point) const {
+  if (is_on_face(point)) return std::nullopt;
+  const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
+  const Vector3 apart =
+      velocity(pair.member_b, *pair.b, middle) - velocity(pair.member_a, *pair.a, middle);
+  const Scalar rest_gap = pair.state->lengths.rest_gap();
+  const Scalar linear_gap = point.gap + poses_.tau * point.nhat_AB_W.dot(apart);
+  if (point.gap <= rest_gap || linear_gap >= rest_gap) return std::nullopt;
+  const PairPoses at = poses_.of(run_, pair);
+  const EndGap end = end_gap(point, *pair.a, at.X_WA, at.X_WA_end, *pair.b, at.X_WB, at.X_WB_end);
+  if (!end.passes && !end.least) return std::nullopt;
+  return PredictedEnd{end, linear_gap};
+}
+
 // The end of a substep.
 
 namespace {
@@ -371,6 +434,7 @@ void add_kick(MomentumChange& change, const Wrench& wrench, Scalar tau) {
 void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   run.find_contacts();
   SubstepProblem node(run);
+  const UnforcedMoves unforced(run, tau);
   VelocityChange* change = run.begin_change(VelocityChangeKind::End, {run.now() - tau, run.now()});
   std::vector<Vector3> free_L_W;
   for (std::size_t i = 0; i < run.members().size(); ++i) {
@@ -406,8 +470,10 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   }
   for (std::size_t i = 0; i < node.contacts().size(); ++i) {
     const SubstepContact& entry = node.contacts()[i];
-    const Scalar missing = run.pairs()[entry.pair].state->lengths.rest_gap() - entry.point.gap;
-    node.set_target(i, std::min(0.0, missing / tau));
+    const RunPair& pair = run.pairs()[entry.pair];
+    if (const auto end = unforced.corner_end(pair, entry.point)) node.predict_end(i, *end);
+    const Scalar missing = pair.state->lengths.rest_gap() - entry.point.gap;
+    node.set_target(i, missing >= 0 ? 0 : node.least_velocity(i, tau));
   }
   std::vector<Vector3> moving;  // impulses of the move
   for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
@@ -485,6 +551,7 @@ class Substep {
   std::optional<PairKey> locked_by_friction() const { return substep_.locked_by_friction(); }
 
  private:
+  void predict_corners();
   void set_free_velocities();
   void solve_move();
   // A larger residual shows that constraints contradict each other.
@@ -671,7 +738,7 @@ bool Substep::answer_hits() {
     const RunPair& hit = run_.pairs()[i];
     const RigidPose X_WA = poses_.start_of(run_, hit.member_a, *hit.a);
     const RigidPose X_WB = poses_.start_of(run_, hit.member_b, *hit.b);
-    substep_.add_hit(i, point_of_hit(*result, X_WA, X_WB), tau_);
+    substep_.add_hit(i, point_of_hit(*result, *hit.a, X_WA, *hit.b, X_WB), tau_);
   }
   return true;
 }
@@ -741,7 +808,18 @@ void Substep::commit(Scalar tau) {
   follow_joint_angles(run_, turns_W, tau);
 }
 
+// Corners that would pass each other must not be stopped by the first solve, which could not tell.
+void Substep::predict_corners() {
+  const UnforcedMoves unforced(run_, tau_);
+  for (std::size_t i = 0; i < substep_.contacts().size(); ++i) {
+    const SubstepContact& entry = substep_.contacts()[i];
+    const auto end = unforced.corner_end(run_.pairs()[entry.pair], entry.point);
+    if (end) substep_.predict_end(i, *end);
+  }
+}
+
 AttemptResult Substep::attempt() {
+  predict_corners();
   Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;

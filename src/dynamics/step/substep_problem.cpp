@@ -8,6 +8,7 @@
 
 #include "core/tolerance.h"
 #include "dynamics/step/link_rows.h"
+#include "dynamics/step/redundant_rows.h"
 #include "dynamics/step/self_stress.h"
 
 namespace dyop::dynamics_internal {
@@ -169,6 +170,27 @@ void SubstepProblem::take_joints(Scalar tau) {
       rows_.push_back({joint, k, equations[k], 0});
     }
   }
+  leave_out_rows();
+}
+
+void SubstepProblem::leave_out_rows() {
+  std::vector<HeldRow> held;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const SubstepRow& entry = rows_[i];
+    if (entry.equation.kind != JointEquation::Kind::Equality) continue;
+    const JointDefinition& joint = entry.joint->definition;
+    const Scalar radius = std::min(run_.context().body(joint.a.slot).radius,
+                                   run_.context().body(joint.b.slot).radius);
+    held.push_back({entry.joint->id.number, &problem_.rows[i], entry.equation.value, radius});
+    numbers.push_back(i);
+  }
+  for (const std::size_t k :
+       find_contradicting_rows(held, problem_.bodies, run_.members().size())) {
+    JointRow& row = problem_.rows[numbers[k]];
+    row.lower = row.upper = row.impulse = 0;
+    rows_[numbers[k]].is_left_out = true;
+  }
 }
 
 Scalar SubstepProblem::row_velocity(std::size_t row) const {
@@ -193,9 +215,10 @@ void SubstepProblem::add(const SubstepContact& contact) {
   row.body_a = body_index(pair.member_a, *pair.a);
   row.body_b = body_index(pair.member_b, *pair.b);
   // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
-  const Vector3 middle = (contact.point.p_WCa + contact.point.p_WCb) / 2;
-  row.r_a_W = middle - center_of(row.body_a);
-  row.r_b_W = middle - center_of(row.body_b);
+  const Vector3 p_W = contact.index ? Vector3((contact.point.p_WCa + contact.point.p_WCb) / 2)
+                                    : acting_point(contact.point);
+  row.r_a_W = p_W - center_of(row.body_a);
+  row.r_b_W = p_W - center_of(row.body_b);
   row.nhat_AB_W = contact.point.nhat_AB_W;
   row.friction = pair.friction;
   row.rolling_friction = pair.state->material.rolling_friction;
@@ -517,12 +540,16 @@ constexpr Scalar kStickingChange = 0.001;
 // kErrorChange for smooth contacts. Larger values make slow rolling jitter by this amount.
 constexpr Scalar kSmoothErrorChange = 0.0001;  // literal: of the rest offset
 
-// How far the linear gap may close over the substep without a dip below what is proven, plus half a
-// rest offset for the tolerance of the proof.
+// What a gap may not dip below: what is proven, plus half a rest offset for the tolerance of the
+// proof.
+Scalar least_allowed(const RunPair& pair) {
+  return pair.state->kept_distance() + 0.5 * pair.state->lengths.rest_offset;
+}
+
+// How far the linear gap may close over the substep without such a dip.
 Scalar most_closing(const RunPair& pair, const SubstepContact& contact) {
-  const PairState& state = *pair.state;
-  const Scalar room = contact.point.gap - state.kept_distance() - 0.5 * state.lengths.rest_offset;
-  return closing_at_dip(room, contact.error);
+  const Scalar room = contact.point.gap - least_allowed(pair);
+  return std::max(closing_at_dip(room, contact.error), contact.safe_closing);
 }
 
 // An end is found again if the bodies move by this part of what would repeat the solve.
@@ -594,8 +621,7 @@ CurvedMove SubstepProblem::curved_move(std::size_t contact, Scalar tau) const {
 // velocities of the last solve.
 Scalar SubstepProblem::stick_midway(std::size_t contact, const Vector3& p_W_end, Scalar tau) {
   PointContact& row = problem_.contacts[contact];
-  const ContactPoint& point = contacts_[contact].point;
-  const Vector3 travel = (p_W_end - (point.p_WCa + point.p_WCb) / 2) / 2;
+  const Vector3 travel = (p_W_end - (center_of(row.body_a) + row.r_a_W)) / 2;
   const auto change = [&](const ContactBody& body) -> Vector3 {
     return body.w_W.cross(travel - tau / 2 * body.v_W);
   };
@@ -622,12 +648,26 @@ bool SubstepProblem::ends_short(std::size_t contact, Scalar tau) const {
   return linear_gap(contact, tau) + entry.error < run_.pairs()[entry.pair].state->kept_distance();
 }
 
+void SubstepProblem::predict_end(std::size_t contact, const PredictedEnd& predicted) {
+  SubstepContact& entry = contacts_[contact];
+  const RunPair& pair = run_.pairs()[entry.pair];
+  const EndGap& end = predicted.end;
+  // Corners that pass each other need no push away from each other, however low they are.
+  const bool passes = end.passes && end.gap >= pair.state->kept_distance();
+  const Scalar gap = passes ? std::max(end.gap, pair.state->lengths.rest_gap()) : end.gap;
+  entry.error = gap - predicted.linear_gap;
+  // A faster one may dip: a way that is fine now is no leave to go faster.
+  const bool is_safe = end.least && *end.least >= least_allowed(pair);
+  const Scalar closing = is_safe ? entry.point.gap - predicted.linear_gap : 0;
+  entry.safe_closing = passes ? kInfinity : closing;
+}
+
 bool SubstepProblem::take_end(std::size_t contact, const EndGap& end, Scalar tau) {
   SubstepContact& entry = contacts_[contact];
   const PairLengths& lengths = run_.pairs()[entry.pair].state->lengths;
-  const Scalar error = end.gap - linear_gap(contact, tau);
-  const Scalar change = std::abs(error - entry.error);
-  entry.error = error;
+  const Scalar last_error = entry.error;
+  predict_end(contact, {end, linear_gap(contact, tau)});
+  const Scalar change = std::abs(entry.error - last_error);
   const Scalar slip = end.p_W ? tau * stick_midway(contact, *end.p_W, tau) : 0;
   const Scalar fraction = end.is_smooth ? kSmoothErrorChange : kErrorChange;
   const Scalar most_change = std::max(fraction * lengths.rest_offset, slack_);

@@ -13,11 +13,18 @@ namespace dyop::dynamics_internal {
 /// A joint's row in a substep.
 struct SubstepRow {
   JointState* joint = nullptr;
-  std::size_t index = 0;   // of the joint's rows
-  JointEquation equation;  // at the start
-  Scalar error = 0;        // end value minus that of the linear prediction
-  Scalar change = 0;       // of the error, at the last prediction
-  Scalar ahead = 0.5;      // of a Drive: part of the move at whose end its force is taken
+  std::size_t index = 0;     // of the joint's rows
+  JointEquation equation;    // at the start
+  Scalar error = 0;          // end value minus that of the linear prediction
+  Scalar change = 0;         // of the error, at the last prediction
+  Scalar ahead = 0.5;        // of a Drive: part of the move at whose end its force is taken
+  bool is_left_out = false;  // contradicts the rows before it
+};
+
+/// Where a contact would be after a substep, and after it at the rate of its start.
+struct PredictedEnd {
+  EndGap end;
+  Scalar linear_gap = 0;
 };
 
 /// The contact problem of an island at one time: members first, then bodies that cannot be moved.
@@ -58,7 +65,8 @@ class SubstepProblem {
   void add(const SubstepContact& contact);
   /// A contact where a move of length tau was hit; one that is known there is pushed harder.
   void add_hit(std::size_t pair, const ContactPoint& point, Scalar tau);
-  /// Adds the rows of all joints at now; motors have their strength over tau.
+  /// Adds the rows of all joints at now; motors have their strength over tau. Of joints in a loop
+  /// that do not fit together, those rows get no impulse that contradict others.
   void take_joints(Scalar tau);
   std::vector<SubstepRow>& rows() { return rows_; }
   const std::vector<SubstepRow>& rows() const { return rows_; }
@@ -74,6 +82,8 @@ class SubstepProblem {
   void set_target(std::size_t contact, Scalar target) {
     problem_.contacts[contact].target = target;
   }
+  /// Takes a contact's end from a prediction before the first solve.
+  void predict_end(std::size_t contact, const PredictedEnd& predicted);
   /// Takes a contact's end after the last solve: corrects the prediction of its gap, and lets it
   /// stick where it is in the middle of a substep of length tau, not where it was at the start.
   /// Returns whether that changes so much that the solve must be repeated.
@@ -153,6 +163,7 @@ class SubstepProblem {
     return -run_.context().gravity_W.dot(point.p_WCa);
   }
   void add_from_below(std::vector<Place> places);
+  void leave_out_rows();
   SubstepContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
   bool is_of_balls() const;
