@@ -352,43 +352,53 @@ class UnforcedMoves {
  private:
   Vector3 velocity(const std::optional<std::size_t>& member, const BodyRecord& body,
                    const Vector3& p_W) const;
+  RigidPose end_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
 
   IslandRun& run_;
-  MemberPoses poses_;
-  std::vector<Twist> twists_;  // of the members' centres of mass
+  Scalar tau_;
+  std::vector<CentralState> states_;  // of the members
+  std::vector<Twist> twists_;         // of their centres of mass
 };
 
 }  // namespace
 
-UnforcedMoves::UnforcedMoves(IslandRun& run, Scalar tau) : run_(run) {
-  poses_.tau = tau;
+UnforcedMoves::UnforcedMoves(IslandRun& run, Scalar tau) : run_(run), tau_(tau) {
   for (std::size_t i = 0; i < run.members().size(); ++i) {
-    const IslandRun::Member& member = run.members()[i];
-    const Twist& twist = twists_.emplace_back(run.central_twist(i, *member.body));
-    const BodyMove move = twist_move(*member.body, member.state, run.now(), twist.v_WB, twist.w_WB);
-    poses_.start.push_back(run.pose_of(i, *member.body));
-    poses_.end.push_back(move.motion->pose(run.now() + tau));
+    states_.push_back(run.members()[i].state);
+    twists_.push_back(run.central_twist(i, *run.members()[i].body));
   }
 }
 
 Vector3 UnforcedMoves::velocity(const std::optional<std::size_t>& member, const BodyRecord& body,
                                 const Vector3& p_W) const {
   const Twist twist = member ? twists_[*member] : run_.central_twist(member, body);
-  const Vector3 center = central_pose(body, poses_.start_of(run_, member, body)).translation();
+  const Vector3 center = central_pose(body, run_.pose_of(member, body)).translation();
   return twist.v_WB + twist.w_WB.cross(p_W - center);
+}
+
+RigidPose UnforcedMoves::end_of(const std::optional<std::size_t>& member,
+                                const BodyRecord& body) const {
+  if (member) {
+    const Twist& twist = twists_[*member];
+    return twist_move(body, states_[*member], run_.now(), twist.v_WB, twist.w_WB)
+        .motion->pose(run_.now() + tau_);
+  }
+  if (body.definition.kind != BodyKind::Kinematic) return body.X_WB();
+  return body.definition.motion->pose(run_.now() + tau_);
 }
 
 std::optional<PredictedEnd> UnforcedMoves::corner_end(const RunPair& pair,
                                                       const ContactPoint& point) const {
-  if (is_on_face(point)) return std::nullopt;
+  const Scalar rest_gap = pair.state->lengths.rest_gap();
+  if (is_on_face(point) || point.gap <= rest_gap) return std::nullopt;
   const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
   const Vector3 apart =
       velocity(pair.member_b, *pair.b, middle) - velocity(pair.member_a, *pair.a, middle);
-  const Scalar rest_gap = pair.state->lengths.rest_gap();
-  const Scalar linear_gap = point.gap + poses_.tau * point.nhat_AB_W.dot(apart);
-  if (point.gap <= rest_gap || linear_gap >= rest_gap) return std::nullopt;
-  const PairPoses at = poses_.of(run_, pair);
-  const EndGap end = end_gap(point, *pair.a, at.X_WA, at.X_WA_end, *pair.b, at.X_WB, at.X_WB_end);
+  const Scalar linear_gap = point.gap + tau_ * point.nhat_AB_W.dot(apart);
+  if (linear_gap >= rest_gap) return std::nullopt;
+  const EndGap end =
+      end_gap(point, *pair.a, run_.pose_of(pair.member_a, *pair.a), end_of(pair.member_a, *pair.a),
+              *pair.b, run_.pose_of(pair.member_b, *pair.b), end_of(pair.member_b, *pair.b));
   if (!end.passes && !end.least) return std::nullopt;
   return PredictedEnd{end, linear_gap};
 }
