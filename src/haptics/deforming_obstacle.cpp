@@ -263,7 +263,20 @@ Scalar DeformingObstacle::fraction_after(Scalar dt) const {
   return dt >= time_left() ? end_fraction_ : std::min(end_fraction_, fraction_ + dt * rate());
 }
 
+void DeformingObstacle::expect_snapshots() {
+  expects_snapshots_ = true;
+  behind_.reset();
+}
+
+void DeformingObstacle::stop(Scalar dt) {
+  lag_ += dt;
+  if (behind_) *behind_ += dt;
+}
+
+// Where it stands while the tool moves, stop() counts the time.
 void DeformingObstacle::pass(Scalar dt) {
+  const bool is_waiting = !is_standing_ && !(rate_ > 0);
+  if (behind_ && is_waiting) *behind_ += dt;
   fraction_ = fraction_after(dt);
 }
 
@@ -279,7 +292,10 @@ bool DeformingObstacle::go_on() {
   end_fraction_ = 1;
   turn_at_.store(1);
   fraction_told_.store(fraction_);
-  if (!is_other_mesh) rate_ = 1 / next_duration_;
+  if (!is_other_mesh) {
+    rate_ = 1 / next_duration_;
+    if (expects_snapshots_ && !behind_) behind_ = 0;
+  }
   ++snapshots_taken_;
   next_.store(Next::None, std::memory_order_release);
   return is_other_mesh;

@@ -50,6 +50,8 @@ class DeformingObstacle final : public Obstacle {
   bool has_next() const { return next_.load(std::memory_order_acquire) != Next::None; }
   /// See HapticSession::replay_turn(); no other thread uses the obstacle meanwhile.
   void replay_turn(Scalar end);
+  /// See HapticSession::expect_snapshots().
+  void expect_snapshots();
   /// The observer, or null, is told of what is handed over, as of the obstacle with this number.
   void observe(HapticObserver* observer, std::size_t number);
   /// Nothing was given, nor asked for.
@@ -72,9 +74,10 @@ class DeformingObstacle final : public Obstacle {
   ObstacleInput input() const override { return input_; }
   Scalar speed() const override { return shown().largest_displacement() * rate(); }
   Scalar time_left() const override;
-  void stop(Scalar dt) override { lag_ += dt; }
+  void stop(Scalar dt) override;
   void stand(bool is_standing) override { is_standing_ = is_standing; }
   Scalar lag() const override { return fraction_ < 1 || is_next_seen_ ? lag_ : 0; }
+  Scalar behind() const override { return behind_.value_or(0); }
   bool start_tick() override;
   void end_tick() override;
   void pass(Scalar dt) override;
@@ -147,6 +150,8 @@ class DeformingObstacle final : public Obstacle {
   Scalar rate_ = 0;          // unless it stands
   bool is_standing_ = false;
   Scalar lag_ = 0;  // since the newest snapshot was seen, or it got there
+  bool expects_snapshots_ = false;
+  std::optional<Scalar> behind_;                  // since the first one expected
   std::atomic<std::int64_t> snapshots_taken_{0};  // changed by ticks, read by the giver as well
   // Whether the mesh that is not shown is the next one. Offered by give(), cleared by the tick.
   std::atomic<Next> next_{Next::None};

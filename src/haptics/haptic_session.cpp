@@ -326,9 +326,11 @@ void tell_wrench(ToolState& tool, DeviceFilter::Verdict verdict, Scalar dt, Hapt
 void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
   tick.tissue_stopped = late;
   tick.tissue_lag = 0;
+  tick.tissue_behind = 0;
   const auto obstacles = state.obstacles();
   for (std::size_t k = 0; k < obstacles.size(); ++k) {
     tick.tissue_lag = std::max(tick.tissue_lag, obstacles[k]->lag());
+    tick.tissue_behind = std::max(tick.tissue_behind, obstacles[k]->behind());
     tick.snapshots[k] = obstacles[k]->snapshots_seen();
     tick.progress[k] = obstacles[k]->progress();
     tick.inputs[k] = obstacles[k]->input();
@@ -336,6 +338,7 @@ void tell_tissue(const SessionState& state, Scalar late, HapticTick& tick) {
   for (const ToolState& tool : state.tools) {
     for (const auto& region : tool.soft_regions) {
       tick.tissue_lag = std::max(tick.tissue_lag, region->region().lag());
+      tick.tissue_behind = std::max(tick.tissue_behind, region->region().behind());
     }
   }
 }
@@ -746,6 +749,10 @@ bool HapticSession::give_snapshot(std::size_t obstacle, std::span<const Vector3>
   require_duration(*state_, "give_snapshot", duration);
   return give(*state_, "give_snapshot", obstacle, vertices,
               [&](DeformingObstacle& tissue) { return tissue.give(vertices, duration); });
+}
+
+void HapticSession::expect_snapshots(std::size_t obstacle) {
+  for (DeformingObstacle* one : with_copies(*state_, obstacle)) one->expect_snapshots();
 }
 
 bool HapticSession::give_mesh(std::size_t obstacle, std::span<const Vector3> vertices,

@@ -165,6 +165,8 @@ class Obstacle {
   virtual void stop(Scalar /*dt*/) {}
   /// How much later it reaches the newest snapshot seen, since it was stopped.
   virtual Scalar lag() const { return 0; }
+  /// How long it has waited for expected snapshots, or was stopped, since the first of them.
+  virtual Scalar behind() const { return 0; }
   /// Until told otherwise it stands still, whatever time passes: all above and below is that of
   /// something at rest.
   virtual void stand(bool /*is_standing*/) {}

@@ -39,17 +39,34 @@ TEST_F(ToolCommand, RecordsARunThatCanBeReadAndReplayed) {
   const CommandResult result = run({"--seconds", "0.5", "-o", path("run.h5")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_NE(result.out.find("down: "), std::string::npos) << result.out;
-  EXPECT_NE(result.out.find("recording: 246 bytes a tick"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("recording: 250 bytes a tick"), std::string::npos) << result.out;
   const CommandResult replay = run_command({"tool", path("run.h5"), "--replay"});
   EXPECT_EQ(replay.exit_code, 0) << replay.out << replay.err;
   EXPECT_NE(replay.out.find("500 ticks, 0 different"), std::string::npos) << replay.out;
   const CommandResult words = run_command({"info", path("run.h5")});
-  EXPECT_NE(words.out.find("500 in 0.5 s, 246 bytes each"), std::string::npos) << words.out;
+  EXPECT_NE(words.out.find("500 in 0.5 s, 250 bytes each"), std::string::npos) << words.out;
   const auto json = nlohmann::json::parse(run_command({"info", path("run.h5"), "--json"}).out);
   EXPECT_EQ(json.at("ticks"), 500);
   EXPECT_TRUE(json.at("is_complete"));
   EXPECT_EQ(json.at("obstacles").at(1).at("name"), "vessel");
   EXPECT_GE(json.at("obstacles").at(1).at("least_clearance"), 2);
+}
+
+// Tissue whose snapshots come twice as often as ticks runs at half the session's speed.
+TEST_F(ToolCommand, SaysHowFarTissueIsBehind) {
+  const std::string text =
+      testing::replaced(testing::kSmallHapticScene, R"("rate": 50})", R"("rate": 2000})");
+  const std::string scene = directory_.write("scene.json", text).string();
+  const CommandResult result =
+      run_command({"tool", scene, "--seconds", "0.2", "-o", path("run.h5")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string words = "tissue up to 0.1 s behind the session's time";
+  EXPECT_NE(result.out.find(words), std::string::npos) << result.out;
+  const CommandResult info = run_command({"info", path("run.h5")});
+  EXPECT_NE(info.out.find(words), std::string::npos) << info.out;
+  const auto json = nlohmann::json::parse(run_command({"info", path("run.h5"), "--json"}).out);
+  EXPECT_NEAR(json.at("tissue_behind").get<Scalar>(), 0.1, 1e-6);
+  EXPECT_EQ(run({"--seconds", "0.2"}).out.find("behind the session's time"), std::string::npos);
 }
 
 TEST_F(ToolCommand, RunsSeveralTools) {

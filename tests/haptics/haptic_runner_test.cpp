@@ -201,6 +201,74 @@ TEST(TissueFeeder, BeginsWhereTheSessionIs) {
   EXPECT_THROW(feeder.tell({}, 1e-3, {}), InvalidArgument);
 }
 
+// A model whose steps take so many ticks, by a clock that only the test moves.
+struct SlowModel {
+  explicit SlowModel(int ticks_a_step) : busy(ticks_a_step) {
+    feed.period = 0.01;
+    feed.model = std::make_shared<Counter>();
+  }
+
+  const HapticTick& tick(TissueFeeder& feeder) {
+    if (tick_number++ % busy == 0) feeder.offer();
+    const std::vector<DevicePose> devices{Stand::device(0)};
+    const HapticTick& told = stand.session->update(devices[0], 1e-3);
+    feeder.tell(devices, 1e-3, std::span(&told, 1));
+    const ObstacleProgress& now = told.progress[0];
+    if (now.snapshot > 0) {
+      passed += 1e-3;
+      simulated = feed.period * (Scalar(now.snapshot - 1) + now.fraction);
+    }
+    return told;
+  }
+
+  Stand stand;
+  TissueFeed feed;
+  int busy;
+  std::int64_t tick_number = 0;
+  Scalar passed = 0;     // of the session's time since the first snapshot set out
+  Scalar simulated = 0;  // of the model's
+};
+
+TEST(TissueFeeder, TellsHowFarItsModelIsBehind) {
+  for (const int busy : {1, 9, 10, 25, 70}) {
+    SlowModel slow(busy);
+    TissueFeeder feeder(*slow.stand.session, slow.feed);
+    for (int k = 0; k < 1000; ++k) {
+      const Scalar behind = slow.tick(feeder).tissue_behind;
+      EXPECT_NEAR(behind, slow.passed - slow.simulated, 1e-12) << busy << ' ' << k;
+      if (busy < 10) {
+        EXPECT_EQ(behind, 0) << busy << ' ' << k;
+      }
+    }
+    const Scalar share = std::max(Scalar{0}, 1 - 10 / Scalar(busy));
+    EXPECT_NEAR(slow.stand.session->last().tissue_behind, share * 1, 0.1) << busy;
+    EXPECT_EQ(slow.stand.session->last().tissue_lag, 0);
+  }
+}
+
+// Nothing is late while the first snapshot is made, nor where no snapshots are expected.
+TEST(TissueFeeder, IsNotBehindBeforeItsFirstSnapshot) {
+  SlowModel slow(1);
+  slow.tick_number = 1;
+  slow.busy = 200;
+  TissueFeeder feeder(*slow.stand.session, slow.feed);
+  for (int k = 0; k < 199; ++k) {
+    EXPECT_EQ(slow.tick(feeder).tissue_behind, 0) << k;
+  }
+  Stand stand;
+  ASSERT_TRUE(stand.session->give_snapshot(0, stand.sheet.vertices, 0.01));
+  for (int k = 0; k < 50; ++k) {
+    EXPECT_EQ(stand.session->update(Stand::device(0), 1e-3).tissue_behind, 0) << k;
+  }
+}
+
+TEST(HapticRunner, IsNeverBehindUnpaced) {
+  Stand stand;
+  run_session(
+      *stand.session, Stand::device, {stand.feed},
+      [](const TickRecord& record) { EXPECT_EQ(record.tick.tissue_behind, 0); }, ticks(300, false));
+}
+
 TEST(TissueFeeder, NamesWhatIsWrong) {
   Stand stand;
   const auto message = [&](const auto& change) {
@@ -212,6 +280,7 @@ TEST(TissueFeeder, NamesWhatIsWrong) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   has(message([](auto& feeds) { feeds[0].obstacle = 7; }), "no obstacle 7 of 1");
+  EXPECT_THROW(stand.session->expect_snapshots(7), InvalidArgument);
   has(message([](auto& feeds) { feeds[0].period = 0; }), "period must be finite and > 0, not 0");
   has(message([](auto& feeds) { feeds[0].shape = {}; }), "neither a model nor a shape");
   has(message([](auto& feeds) { feeds.push_back(feeds[0]); }), "two feeds are of obstacle 0");

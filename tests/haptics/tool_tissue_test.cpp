@@ -227,6 +227,7 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
   scene.obstacles.push_back(deforming_tissue(sheet));
   scene.obstacles.push_back(deforming_tissue(upper));
   HapticSession session(scene, haptic_options());
+  session.expect_snapshots(0);
   session.give_snapshot(0, lifted(sheet.vertices, 2), 0.05);
   session.give_snapshot(1, lifted(upper.vertices, -2), 0.05);
   bool was_trapped = false;
@@ -236,6 +237,7 @@ TEST(ToolTissue, TrappedFromBothSidesTheTissueIsStopped) {
     was_trapped |= tick.status == HapticStatus::Trapped;
     stopped += tick.tissue_stopped;
     EXPECT_NEAR(tick.tissue_lag, stopped, 1e-12) << k;
+    EXPECT_NEAR(tick.tissue_behind, stopped, 1e-12) << k;
   }
   EXPECT_TRUE(was_trapped);
   EXPECT_GT(stopped, 0.01);

@@ -102,7 +102,8 @@ struct TissueFeed {
 /// each feed. One thread calls offer(), which asks the model; the loop calls tell() after a tick.
 class TissueFeeder {
  public:
-  /// While no tick runs. Of a feed with a `shape`, that makes its first one.
+  /// While no tick runs. Of a feed with a `shape`, that makes its first one. Expects snapshots:
+  /// HapticTick::tissue_behind tells how far the feed is behind the session's time.
   /// @param session Must outlive the feeder. Nothing else may give that obstacle snapshots.
   /// @throws InvalidArgument if the obstacle does not deform, the period is not finite and > 0, or
   ///         the feed has neither `shape` nor `model`.

@@ -179,6 +179,12 @@ class HapticSession {
   ///         than a millionth of CouplingOptions::period.
   bool give_snapshot(std::size_t obstacle, std::span<const Vector3> vertices, Scalar duration);
 
+  /// From now on a next snapshot should always be there when the obstacle reaches the last one;
+  /// HapticTick::tissue_behind tells how much time it has lost because it was not. While no tick
+  /// runs. A TissueFeeder expects them.
+  /// @throws InvalidArgument if the obstacle does not deform.
+  void expect_snapshots(std::size_t obstacle);
+
   /// Gives a deforming obstacle another mesh, as after a cut, instead of a next snapshot. It takes
   /// over, at rest, in the tick that reaches the last snapshot; snapshots given later move it. May
   /// be called from any thread; the hierarchy is built there.

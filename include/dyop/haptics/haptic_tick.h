@@ -169,6 +169,10 @@ struct HapticTick {
   /// Delay behind the newest snapshot caused by stops since it arrived; maximum over obstacles, 0
   /// once reached.
   Scalar tissue_lag = 0;
+  /// How far tissue from which snapshots are expected (HapticSession::expect_snapshots()) is behind
+  /// the session's time: for so long it has waited for them since its first one, as those of a model
+  /// that is slower than the clock, or was stopped. Maximum over obstacles.
+  Scalar tissue_behind = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
   std::vector<ObstacleProgress> progress;  ///< per obstacle, at the end of the tick

@@ -83,7 +83,8 @@ struct RecordedTick {
   std::optional<std::size_t> nearest;
   Scalar energy_returned = 0;
   Scalar tissue_stopped = 0;
-  Scalar tissue_lag = 0;  ///< not known, 0, in recordings of version 1 and 2
+  Scalar tissue_lag = 0;     ///< not known, 0, in recordings of version 1 and 2
+  Scalar tissue_behind = 0;  ///< not known, 0, in recordings of versions 1 to 6
   std::chrono::nanoseconds latency{0};
   TickStatistics statistics;
   std::vector<RecordedTool> others;  ///< further tools

@@ -6,7 +6,7 @@
 namespace dyop_check {
 namespace {
 
-constexpr std::int64_t kVersion = 6;
+constexpr std::int64_t kVersion = 7;
 constexpr std::int64_t kOldestVersion = 5;
 constexpr std::size_t kMostTools = 100;
 constexpr std::size_t kMostHinges = 100;

@@ -100,6 +100,7 @@ void print_json(const HapticRecordingReader& reader, const RecordedSummary& summ
   add_statuses(tools[0], json);
   json["tissue_stopped"] = tools[0].tissue_stopped;
   json["longest_tissue_lag"] = tools[0].longest_lag;
+  json["tissue_behind"] = tools[0].farthest_behind;
   json["obstacles"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < reader.scene().obstacles.size(); ++k) {
     const ToolObstacle& obstacle = reader.scene().obstacles[k];

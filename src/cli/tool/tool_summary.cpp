@@ -39,6 +39,9 @@ void print_tool(const ToolSummary& summary, const HapticScene& scene, const char
   if (summary.longest_lag > 0) {
     std::printf(", at most %.3g s behind its newest snapshot", summary.longest_lag);
   }
+  if (summary.farthest_behind > 0) {
+    std::printf(", tissue up to %.3g s behind the session's time", summary.farthest_behind);
+  }
   std::printf("\n");
   for (std::size_t k = 0; k < summary.least_clearance.size(); ++k) {
     const ToolObstacle& obstacle = scene.obstacles[k];

@@ -25,6 +25,7 @@ struct ToolSummary {
   Scalar largest_force = 0;
   Scalar tissue_stopped = 0;
   Scalar longest_lag = 0;               ///< of tissue
+  Scalar farthest_behind = 0;           ///< tissue, behind the session's time
   std::vector<Scalar> least_clearance;  ///< per obstacle, proven
   std::vector<std::int64_t> breaches;   ///< per obstacle: ticks that surely ended inside the margin
 
@@ -41,6 +42,7 @@ struct ToolSummary {
   void add_tissue(const Tick& tick) {
     tissue_stopped += tick.tissue_stopped;
     longest_lag = std::max(longest_lag, tick.tissue_lag);
+    farthest_behind = std::max(farthest_behind, tick.tissue_behind);
   }
   void add_clearances(std::span<const ToolClearance> clearances) {
     least_clearance.resize(clearances.size(), kInfinity);

@@ -86,6 +86,7 @@ struct TissueFeeder::State {
                  "TissueFeed: period must be finite and > 0, not ", feed.period);
     DYOP_REQUIRE(feed.model || feed.shape, "TissueFeed: obstacle ", feed.obstacle,
                  " has neither a model nor a shape");
+    session.expect_snapshots(feed.obstacle);
     if (!feed.model) prepare();
   }
 

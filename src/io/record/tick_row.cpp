@@ -69,6 +69,7 @@ TickRow::TickRow(TickShape shape)
       new_snapshots(shape.obstacles),
       tool_angles(shape.hinges),
       tissue_stopped(shape.version >= 3 ? 1 : 0),
+      tissue_behind(shape.version >= 7 ? 1 : 0),
       lower(shape.obstacles),
       upper(shape.obstacles),
       time_to_breach(shape.obstacles),
@@ -227,6 +228,7 @@ void put_tick(const TickRecord& record, std::vector<std::int64_t>& seen, TickRow
   row.energy_returned = float(tick.energy_returned);
   row.tissue_lag = float(tick.tissue_lag);
   row.tissue_stopped = {float(tick.tissue_stopped)};
+  row.tissue_behind = {float(tick.tissue_behind)};
   put_clearances(tick, row);
   row.latency_ns = at_most<std::uint32_t>(tick.latency.count());
   row.checkpoints = at_most<std::uint32_t>(tick.statistics.checkpoints);
@@ -267,6 +269,7 @@ RecordedTick tick_from(const TickRow& row, const HapticScene& scene) {
     tick.tissue_stopped = Scalar(row.tissue_stopped[0]);
     tick.tissue_lag = Scalar(row.tissue_lag);
   }
+  if (!row.tissue_behind.empty()) tick.tissue_behind = Scalar(row.tissue_behind[0]);
   for (std::size_t k = 0; k < row.lower.size(); ++k) {
     ToolClearance& clearance = tick.clearances.emplace_back();
     clearance.lower = Scalar(row.lower[k]);

@@ -18,9 +18,9 @@ namespace dyop::io_internal {
 
 /// Version 2 added the meshes that obstacles go on as; version 3 the time for which tissue was
 /// stopped in a tick: before, `tissue_lag` was its sum; version 4 further tools; version 5 the
-/// motions within a tick, so that dyop-check can prove them; version 6 all other inputs. Readers of
-/// it read 1 to 5.
-constexpr std::int64_t kToolRecordingVersion = 6;
+/// motions within a tick, so that dyop-check can prove them; version 6 all other inputs; version 7
+/// how far tissue is behind the session's time. Readers of it read 1 to 6.
+constexpr std::int64_t kToolRecordingVersion = 7;
 constexpr const char* kToolRecordingFormat = "dyop tool recording";
 
 /// No obstacle.
@@ -59,6 +59,7 @@ struct TickRow : NumberRow<TickRow> {
   float energy_returned = 0;
   float tissue_lag = 0;
   std::vector<float> tissue_stopped;  // one, or none before version 3
+  std::vector<float> tissue_behind;   // one, or none before version 7
   std::vector<float> lower;
   std::vector<float> upper;
   std::vector<float> time_to_breach;
@@ -121,6 +122,7 @@ void TickRow::for_each(Row& row, Visit visit) {
   visit("energy_returned", numbers_of(row.energy_returned));
   visit("tissue_lag", numbers_of(row.tissue_lag));
   visit("tissue_stopped", numbers_of(row.tissue_stopped));
+  visit("tissue_behind", numbers_of(row.tissue_behind));
   visit("lower", numbers_of(row.lower));
   visit("upper", numbers_of(row.upper));
   visit("time_to_breach", numbers_of(row.time_to_breach));

@@ -450,6 +450,7 @@ void bind_tick(py::module_& m) {
       .field<&T::energy_returned>("energy_returned", "float: to the hand so far")
       .field<&T::tissue_stopped>("tissue_stopped", "float: time of this tick")
       .field<&T::tissue_lag>("tissue_lag", "float: behind the newest snapshot")
+      .field<&T::tissue_behind>("tissue_behind", "float: behind the session's time")
       .field<&T::snapshots>("snapshots", "list[int]: given to each obstacle before")
       .field<&T::progress>("progress", "list[ObstacleProgress]: of each obstacle")
       .field<&T::time>("time", "float: at its end")

@@ -324,7 +324,8 @@ std::vector<PageChart> ToolSample::charts() {
           {"Torque on the hand, largest of each sample", {"torque"}},
           {"Energy returned to the hand", {"energy"}},
           {"Time of a tick in microseconds, longest of each sample", {"latency in us"}},
-          {"How far tissue lags behind its newest snapshot", {"lag"}}};
+          {"How far tissue is behind its newest snapshot, and behind the session's time",
+           {"lag", "behind"}}};
 }
 
 std::optional<std::size_t> ToolSample::nearest_of(const HapticTick& tick) {
@@ -355,7 +356,7 @@ void ToolSample::write(const TimeInterval& time, const ToolBodies& bodies,
   const auto closest = std::ranges::min_element(between, {}, &ToolClearance::upper);
   const bool tools_are_nearest =
       closest != between.end() && (!nearest || closest->upper < least[*nearest].upper);
-  span.samples.push_back({time.end, {force, torque, energy, latency, lag}});
+  span.samples.push_back({time.end, {force, torque, energy, latency, lag, behind}});
   PageFrame frame;
   frame.interval = time;
   span.frames.push_back(frame);

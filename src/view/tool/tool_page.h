@@ -94,6 +94,7 @@ struct ToolSample {
   Scalar latency = 0;  ///< microseconds
   Scalar energy = 0;   ///< of the last tick, all tools together
   Scalar lag = 0;
+  Scalar behind = 0;                        ///< tissue, behind the session's time
   std::vector<ToolClearance> least;         ///< bounds: the least of all; points: of the last tick
   std::optional<std::size_t> nearest;       ///< obstacle of the last tick
   std::vector<ToolClearance> between = {};  ///< the same as `least`, by pair of tools
@@ -107,6 +108,7 @@ struct ToolSample {
     latency = std::max(latency, Scalar(tick.latency.count()) / 1e3);
     energy = tick.energy_returned;
     lag = std::max(lag, tick.tissue_lag);
+    behind = std::max(behind, tick.tissue_behind);
     least.resize(tick.clearances.size(), {kInfinity, kInfinity});
     nearest = nearest_of(tick);
     for (std::size_t k = 0; k < least.size(); ++k) {

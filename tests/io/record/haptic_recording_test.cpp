@@ -123,7 +123,7 @@ TEST(HapticRecording, HoldsAllToolsOfASession) {
   const HapticRecordingReader reader(file);
   ASSERT_EQ(reader.tick_count(), 300);
   expect_same_bits(reader);
-  EXPECT_EQ(reader.bytes_per_tick(), 208u + 12 + 2 * 13 + 125 + 12 + 2 * 8 + 32);
+  EXPECT_EQ(reader.bytes_per_tick(), 212u + 12 + 2 * 13 + 125 + 12 + 2 * 8 + 32);
   int met = 0;
   for (const RecordedTick& recorded : reader.ticks(0, 300)) {
     const HapticTick& tick = run[std::size_t(recorded.number)][1];
@@ -178,18 +178,18 @@ TEST(HapticRecording, TakesAsManyBytesATickAsStated) {
       record.number = k;
       writer.add(record);
     }
-    EXPECT_EQ(writer.bytes_per_tick(), 208u + 12 + 2 * 13);
+    EXPECT_EQ(writer.bytes_per_tick(), 212u + 12 + 2 * 13);
     writer.finish({});
   }
   const auto bytes = Scalar(fs::file_size(large) - fs::file_size(small)) / (20'480 - 1'024);
-  EXPECT_LE(bytes, 1.01 * (208 + 12 + 2 * 13));
+  EXPECT_LE(bytes, 1.01 * (212 + 12 + 2 * 13));
 }
 
 // Before version 3 the time for which tissue was stopped was a sum under another name.
 TEST(HapticRecording, TellsForHowLongTissueWasStoppedInATick) {
   const testing::TemporaryDirectory directory;
   const fs::path file = directory.path() / "run.h5";
-  const std::vector<Scalar> lags{0, 0.5, 0.5, 2}, stops{0.25, 0, 1, 0};
+  const std::vector<Scalar> lags{0, 0.5, 0.5, 2}, stops{0.25, 0, 1, 0}, times{0, 1, 1.5, 8};
   {
     HapticRecordingWriter writer(file, {}, heaving_scene(), testing::haptic_options());
     TickRecord record;
@@ -199,23 +199,27 @@ TEST(HapticRecording, TellsForHowLongTissueWasStoppedInATick) {
       record.number = std::int64_t(k);
       record.tick.tissue_lag = lags[k];
       record.tick.tissue_stopped = stops[k];
+      record.tick.tissue_behind = times[k];
       writer.add(record);
     }
     writer.finish({});
   }
   const auto expect = [&](std::int64_t first, const std::vector<Scalar>& stopped,
-                          const std::vector<Scalar>& behind) {
+                          const std::vector<Scalar>& lag, const std::vector<Scalar>& behind) {
     const HapticRecordingReader reader(file);
     const auto ticks = reader.ticks(first, std::int64_t(stopped.size()));
     for (std::size_t k = 0; k < stopped.size(); ++k) {
       EXPECT_EQ(ticks[k].tissue_stopped, stopped[k]) << k;
-      EXPECT_EQ(ticks[k].tissue_lag, behind[k]) << k;
+      EXPECT_EQ(ticks[k].tissue_lag, lag[k]) << k;
+      EXPECT_EQ(ticks[k].tissue_behind, behind[k]) << k;
     }
   };
-  expect(0, stops, lags);
+  expect(0, stops, lags, times);
+  testing::set_version(file, 6);
+  expect(0, stops, lags, {0, 0, 0, 0});
   testing::set_version(file, 2);
-  expect(0, {0, 0.5, 0, 1.5}, {0, 0, 0, 0});
-  expect(2, {0, 1.5}, {0, 0});
+  expect(0, {0, 0.5, 0, 1.5}, {0, 0, 0, 0}, {0, 0, 0, 0});
+  expect(2, {0, 1.5}, {0, 0}, {0, 0});
 }
 
 // As after a kill: nothing of the process runs after the last tick.
