@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include "dyop/core/error.h"
 #include "dyop/tissue/soft_tissue.h"
 #include "tissue/cone_solver.h"
+#include "tissue/point_compliance.h"
 #include "tissue/tissue_body.h"
 
 namespace dyop {
@@ -14,9 +16,10 @@ namespace {
 
 using tissue_internal::CarriedPoint;
 using tissue_internal::ConeAnswer;
-using tissue_internal::ConeProblem;
+using tissue_internal::ConeSolver;
 using tissue_internal::ConeState;
 using tissue_internal::NodeVectors;
+using tissue_internal::PointCompliance;
 using tissue_internal::TissueBody;
 
 // Added to every contact's own compliance, relative to it: contacts nearer than a cube are nearly
@@ -34,14 +37,28 @@ constexpr Scalar kBeside = 0.3;  // cubes
 // Iterations of the first solve, whose forces are a guess.
 constexpr int kFirstIterations = 2;
 
+// The coordinates of a tool, zero for hinges that it does not have, and what they do along a contact's
+// axes.
+constexpr int kToolCoordinates = 6 + int(kMostHinges);
+using ToolVector = Eigen::Matrix<Scalar, kToolCoordinates, 1>;
+using ToolRows = Eigen::Matrix<Scalar, 3, kToolCoordinates>;
+
+ToolVector padded(const Eigen::VectorXd& coordinates) {
+  ToolVector all = ToolVector::Zero();
+  all.head(coordinates.size()) = coordinates;
+  return all;
+}
+
 // A contact as the step's equations see it. Columns of `axes`: normal, two tangents.
 struct JointPoint {
   std::size_t tool;
   CarriedPoint on_tissue;
   Matrix3 axes;
-  // Along the axes, since the contact was found:
-  Vector3 free = Vector3::Zero();         // displacement of the tool if it followed the device
-  Vector3 already = Vector3::Zero();      // that relative to the tissue before the step begins
+  ToolRows moves;  // of the tool's coordinates, along the axes
+  // Along the axes, if neither the step nor the contacts' forces moved the tissue: along the normal
+  // the gap at the end less the one wanted, along the tangents the tool's displacement relative to
+  // the tissue in this step.
+  Vector3 free = Vector3::Zero();
   std::optional<std::size_t> place = {};  // among the active ones
 };
 
@@ -57,9 +74,10 @@ class JointRun {
  public:
   JointRun(TissueBody& body, std::span<const JointTool> tools,
            std::vector<ToolContactPoint>& contacts)
-      : body_(body), tools_(tools), contacts_(contacts) {
+      : body_(body), tools_(tools), contacts_(contacts), on_tissue_(body) {
     for (const JointTool& tool : tools) {
-      whole_.push_back(tool_displacement(tool.hinges.size(), tool.tool, tool.device));
+      whole_.push_back(padded(tool_displacement(tool.hinges.size(), tool.tool, tool.device)));
+      springs_.push_back(padded(coupling_compliance(tool.coupling, tool.hinges)));
     }
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       if (contacts[k].surface) add(k);
@@ -77,7 +95,9 @@ class JointRun {
       answer(start, v, impulses);
     }
     for (std::size_t k = 0; k < tools_.size(); ++k) {
-      report_.tools.push_back(displaced(tools_[k].tool, whole_[k] + springs_way(k)));
+      const Eigen::Index used = 6 + Eigen::Index(tools_[k].hinges.size());
+      const ToolVector way = whole_[k] + springs_way(k);
+      report_.tools.push_back(displaced(tools_[k].tool, way.head(used)));
     }
     body_.finish_step(std::move(v), impulses + others);
     return report_;
@@ -96,43 +116,67 @@ class JointRun {
                      contact.nhat_W.squaredNorm() > 0 && contact.nhat_W.squaredNorm() < kInfinity,
                  "step_jointly: contact ", number, " has numbers that are not finite");
     numbers_.push_back(number);
-    points_.push_back(
-        {contact.tool, body_.carried_point(surface.triangle, weights), axes_of(contact.nhat_W)});
-    tool_points_.push_back({contact.p_W, contact.hinge});
+    const JointTool& tool = tools_[contact.tool];
+    const Matrix3 axes = axes_of(contact.nhat_W);
+    const Eigen::MatrixXd jacobian =
+        tool_jacobian(tool.hinges, tool.tool, {contact.p_W, contact.hinge});
+    ToolRows moves = ToolRows::Zero();
+    moves.leftCols(jacobian.cols()) = axes.transpose() * jacobian;
+    points_.push_back({contact.tool, body_.carried_point(surface.triangle, weights), axes, moves});
   }
 
   // The forces of a few contacts, then of those also that would be crossed, and so on: each time
-  // from what the tissue really did under the forces before.
+  // from what the tissue really did under the forces before. Meanwhile that is known only where the
+  // contacts are.
   void answer(const NodeVectors& start, NodeVectors& v, NodeVectors& impulses) {
-    find_way_of_tool();
-    // Without the guess.
-    v -= body_.precondition(impulses);
+    find_free_ways();
+    v -= body_.precondition(impulses);  // without the guess
     impulses.setZero();
-    for (int pass = 0; pass < kMostPasses && add_crossed(v); ++pass) push(v, impulses);
+    NodeVectors seen = v;
+    const std::vector<std::int32_t> nodes = carrying_nodes();
+    for (int pass = 0; pass < kMostPasses && add_crossed(seen); ++pass) {
+      const NodeVectors change = find_forces(seen, 1, impulses);
+      on_tissue_.add_velocities(change, nodes, seen);
+    }
+    v += body_.precondition(impulses);
     report_.iterations += body_.solve(start + impulses, v, body_.options().most_iterations);
     add_crossed(v);
-    push(v, impulses);
+    v += body_.precondition(find_forces(v, kNearer, impulses));
     tell();
   }
 
-  // Finds the forces anew, and what they change.
-  void push(NodeVectors& v, NodeVectors& impulses) {
-    build_compliance();
-    solve_contacts(v);
-    const NodeVectors wanted = impulses_of_contacts();
-    v += body_.precondition(wanted - impulses);
-    impulses = wanted;
+  // All that carry a contact and can move.
+  std::vector<std::int32_t> carrying_nodes() const {
+    std::vector<std::int32_t> nodes;
+    for (const JointPoint& point : points_) {
+      std::copy_if(point.on_tissue.nodes.begin(), point.on_tissue.nodes.end(),
+                   std::back_inserter(nodes),
+                   [&](std::int32_t node) { return body_.is_free(node); });
+    }
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    return nodes;
+  }
+
+  // The contacts' forces with these velocities of the tissue, which have the answer to the present
+  // forces in them. Returns how the impulses change.
+  NodeVectors find_forces(const NodeVectors& v, int solves, NodeVectors& impulses) {
+    extend_compliance();
+    solve_contacts(v, solves);
+    NodeVectors wanted = impulses_of_contacts();
+    NodeVectors change = wanted - impulses;
+    impulses = std::move(wanted);
+    return change;
   }
 
   // Those that the present forces leave too near, the worst first.
   bool add_crossed(const NodeVectors& v) {
-    std::vector<Eigen::VectorXd> springs;
+    std::vector<ToolVector> springs;
     for (std::size_t k = 0; k < tools_.size(); ++k) springs.push_back(springs_way(k));
     std::vector<std::pair<Scalar, std::size_t>> crossed;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (points_[i].place) continue;
-      const Vector3 moved = points_[i].axes.transpose() * (jacobian(i) * springs[points_[i].tool]);
-      const Scalar gap = apart(i, v)[0] + moved[0];
+      const Scalar gap = apart(i, v)[0] + points_[i].moves.row(0).dot(springs[points_[i].tool]);
       if (gap < -kCrossed * tool_of(i).rest_offset || points_.size() <= kMostActive) {
         crossed.emplace_back(gap, i);
       }
@@ -160,115 +204,95 @@ class JointRun {
   }
 
   const JointTool& tool_of(std::size_t point) const { return tools_[points_[point].tool]; }
-  Eigen::MatrixXd jacobian(std::size_t point) const {
-    return tool_jacobian(tool_of(point).hinges, tool_of(point).tool, tool_points_[point]);
-  }
 
   // What the contacts' forces do to a tool's springs: coordinates of the tool.
-  Eigen::VectorXd springs_way(std::size_t tool) const {
-    const Eigen::VectorXd compliance =
-        coupling_compliance(tools_[tool].coupling, tools_[tool].hinges);
-    Eigen::VectorXd pull = Eigen::VectorXd::Zero(compliance.size());
+  ToolVector springs_way(std::size_t tool) const {
+    ToolVector pull = ToolVector::Zero();
     for (std::size_t k = 0; k < active_.size(); ++k) {
-      if (points_[active_[k]].tool != tool) continue;
-      pull += jacobian(active_[k]).transpose() *
-              (points_[active_[k]].axes * forces_.segment<3>(3 * Eigen::Index(k)));
+      const JointPoint& point = points_[active_[k]];
+      if (point.tool != tool) continue;
+      pull += point.moves.transpose() * forces_.segment<3>(3 * Eigen::Index(k));
     }
-    return compliance.cwiseProduct(pull);
+    return springs_[tool].cwiseProduct(pull);
   }
 
-  // C of the springs, and W of the tissue over a step, in the contacts' axes.
-  void build_compliance() {
-    std::vector<const CarriedPoint*> on_tissue;
-    for (const std::size_t i : active_) on_tissue.push_back(&points_[i].on_tissue);
-    const auto count = 3 * Eigen::Index(active_.size());
-    Eigen::MatrixXd springs = Eigen::MatrixXd::Zero(count, count);
-    for (std::size_t k = 0; k < tools_.size(); ++k) add_springs(k, springs);
+  // Of the springs, and of the tissue over a step, in the contacts' axes: for the contacts that were
+  // added since.
+  void extend_compliance() {
+    const Eigen::Index known = tissue_compliance_.rows() / 3, count = Eigen::Index(active_.size());
+    if (known == count) return;
+    std::vector<const CarriedPoint*> added;
+    for (Eigen::Index k = known; k < count; ++k) {
+      added.push_back(&points_[active_[std::size_t(k)]].on_tissue);
+    }
+    on_tissue_.prepare(added);
+    tissue_compliance_.conservativeResize(3 * count, 3 * count);
+    compliance_.conservativeResize(3 * count, 3 * count);
+    for (Eigen::Index k = known; k < count; ++k) add_compliance(k);
+    softening_ = kSoftening / (1 + kSoftening) * compliance_.diagonal();
+    report_.springs_share = springs_trace_ / (springs_trace_ + tissue_compliance_.trace());
+  }
+
+  // Of an active contact with those before it and with itself.
+  void add_compliance(Eigen::Index k) {
+    const JointPoint& one = points_[active_[std::size_t(k)]];
     const Scalar period = body_.options().period;
-    tissue_compliance_ = period * period * body_.response(on_tissue);
-    problem_.friction = tools_[0].friction;
-    problem_.compliance = springs + tissue_compliance_;
-    turn_into_axes(tissue_compliance_);
-    turn_into_axes(problem_.compliance);
-    if (!active_.empty()) report_.springs_share = springs.trace() / problem_.compliance.trace();
+    const std::span<const Matrix3> answers = on_tissue_.add(one.on_tissue);
+    const Eigen::Matrix<Scalar, kToolCoordinates, 3> pulled =
+        springs_[one.tool].asDiagonal() * one.moves.transpose();
+    for (Eigen::Index i = 0; i <= k; ++i) {
+      const JointPoint& other = points_[active_[std::size_t(i)]];
+      const Matrix3 tissue =
+          period * period * (other.axes.transpose() * answers[std::size_t(i)] * one.axes);
+      Matrix3 sum = tissue;
+      if (other.tool == one.tool) sum += other.moves * pulled;
+      tissue_compliance_.block<3, 3>(3 * i, 3 * k) = tissue;
+      compliance_.block<3, 3>(3 * i, 3 * k) = sum;
+      if (i == k) continue;
+      tissue_compliance_.block<3, 3>(3 * k, 3 * i) = tissue.transpose();
+      compliance_.block<3, 3>(3 * k, 3 * i) = sum.transpose();
+    }
+    springs_trace_ += (one.moves * pulled).trace();
+    compliance_.diagonal().segment<3>(3 * k) *= 1 + kSoftening;
   }
 
-  // Of the contacts of a tool among each other.
-  void add_springs(std::size_t tool, Eigen::MatrixXd& springs) const {
-    std::vector<Eigen::Index> places;
-    std::vector<ToolPoint> points;
-    for (std::size_t k = 0; k < active_.size(); ++k) {
-      if (points_[active_[k]].tool != tool) continue;
-      places.push_back(3 * Eigen::Index(k));
-      points.push_back(tool_points_[active_[k]]);
-    }
-    const JointTool& joint = tools_[tool];
-    const Eigen::MatrixXd own =
-        coupling_compliance(joint.coupling, joint.hinges, joint.tool, points);
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      for (std::size_t k = 0; k < places.size(); ++k) {
-        springs.block<3, 3>(places[i], places[k]) =
-            own.block<3, 3>(3 * Eigen::Index(i), 3 * Eigen::Index(k));
-      }
-    }
-  }
-
-  void turn_into_axes(Eigen::MatrixXd& matrix) const {
-    for (std::size_t k = 0; k < active_.size(); ++k) {
-      const Matrix3& axes = points_[active_[k]].axes;
-      auto rows = matrix.middleRows<3>(3 * Eigen::Index(k));
-      rows = (axes.transpose() * rows).eval();
-      auto columns = matrix.middleCols<3>(3 * Eigen::Index(k));
-      columns = (columns * axes).eval();
-    }
-  }
-
-  // Where the springs would take the tool's points without contacts.
-  void find_way_of_tool() {
-    std::vector<Eigen::VectorXd> before;
+  // Where the springs would take the tool's points without contacts, from the tissue as it is. What
+  // slipped before the step has slipped; undoing it would swing from step to step.
+  void find_free_ways() {
+    std::vector<ToolVector> before;
     for (const JointTool& tool : tools_) {
       before.push_back(
-          tool_displacement(tool.hinges.size(), tool.tool, tool.start.value_or(tool.tool)));
+          padded(tool_displacement(tool.hinges.size(), tool.tool, tool.start.value_or(tool.tool))));
     }
     for (std::size_t i = 0; i < points_.size(); ++i) {
       JointPoint& point = points_[i];
-      const Eigen::MatrixXd moves = jacobian(i);
-      const Vector3 tissue = body_.place(point.on_tissue) - contacts_[numbers_[i]].p_WO;
-      point.free = point.axes.transpose() * (moves * whole_[point.tool]);
-      point.already = point.axes.transpose() * (moves * before[point.tool] - tissue);
+      const ToolContactPoint& contact = contacts_[numbers_[i]];
+      const Vector3 tissue = body_.place(point.on_tissue) - contact.p_WO;
+      point.free = point.moves * whole_[point.tool] - point.axes.transpose() * tissue;
+      point.free[0] += (contact.p_W - contact.p_WO).dot(point.axes.col(0)) - tool_of(i).rest_offset;
+      const Vector3 already = point.moves * before[point.tool] - point.axes.transpose() * tissue;
+      point.free.tail<2>() -= already.tail<2>();
     }
   }
 
-  // Along the contact's axes, without the contacts' forces on the tool: along the normal the gap at
-  // the end less the one wanted, along the tangents the tool's displacement relative to the tissue
-  // in this step. What slipped before the step has slipped; undoing it would swing from step to
-  // step.
+  // JointPoint::free with these velocities of the tissue.
   Vector3 apart(std::size_t i, const NodeVectors& v) const {
     const JointPoint& point = points_[i];
-    const ToolContactPoint& contact = contacts_[numbers_[i]];
-    const Vector3 tissue = body_.place(point.on_tissue) - contact.p_WO +
-                           body_.options().period * TissueBody::sum_of(point.on_tissue, v);
-    Vector3 one = point.free - point.axes.transpose() * tissue;
-    one[0] += (contact.p_W - contact.p_WO).dot(point.axes.col(0)) - tool_of(i).rest_offset;
-    one.tail<2>() -= point.already.tail<2>();
-    return one;
+    const Vector3 moved = body_.options().period * TissueBody::sum_of(point.on_tissue, v);
+    return point.free - point.axes.transpose() * moved;
   }
 
   // v has the tissue's answer to the present forces in it, but not that of the springs.
-  void solve_contacts(const NodeVectors& v) {
+  void solve_contacts(const NodeVectors& v, int solves) {
     if (active_.empty()) return;
-    ConeProblem problem = problem_;
-    const Eigen::VectorXd softening = kSoftening * problem_.compliance.diagonal();
-    problem.compliance.diagonal() += softening;
     Eigen::VectorXd free(forces_.size());
     for (std::size_t k = 0; k < active_.size(); ++k) {
       free.segment<3>(3 * Eigen::Index(k)) = apart(active_[k], v);
     }
     free -= tissue_compliance_ * forces_;
-    for (int k = 0; k < kNearer; ++k) {
-      problem.free = free - softening.cwiseProduct(forces_);
-      problem.guess = forces_;
-      const ConeAnswer answer = tissue_internal::solve_cones(problem);
+    ConeSolver solver(compliance_, tools_[0].friction);
+    for (int k = 0; k < solves; ++k) {
+      const ConeAnswer answer = solver.solve(free - softening_.cwiseProduct(forces_), forces_);
       forces_ = answer.forces;
       states_ = answer.states;
       report_.rounds += answer.rounds;
@@ -304,13 +328,17 @@ class JointRun {
   TissueBody& body_;
   const std::span<const JointTool> tools_;
   std::vector<ToolContactPoint>& contacts_;
-  std::vector<Eigen::VectorXd> whole_;  // of each tool if it followed the device
-  std::vector<std::size_t> numbers_;    // of the points' contacts
+  std::vector<ToolVector> whole_;     // of each tool if it followed the device
+  std::vector<ToolVector> springs_;   // the compliance of each tool's
+  std::vector<std::size_t> numbers_;  // of the points' contacts
   std::vector<JointPoint> points_;
-  std::vector<ToolPoint> tool_points_;
   std::vector<std::size_t> active_;  // points that may bear a force
-  ConeProblem problem_;              // of these
+  // Of these; with the softening in the diagonal of the whole.
+  PointCompliance on_tissue_;
   Eigen::MatrixXd tissue_compliance_;
+  Eigen::MatrixXd compliance_;
+  Eigen::VectorXd softening_;
+  Scalar springs_trace_ = 0;
   Eigen::VectorXd forces_;
   std::vector<ConeState> states_;
   JointReport report_;

@@ -453,7 +453,7 @@ void TissueBody::prepare_response() {
   std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) {
     return surface_number_[std::size_t(a)] < surface_number_[std::size_t(b)];
   });
-  add_response(std::move(nodes));
+  find_response(std::move(nodes));
 }
 
 void TissueBody::number_surface_nodes() {
@@ -473,7 +473,7 @@ void TissueBody::number_surface_nodes() {
 }
 
 // Columns of the response: what impulses on these nodes do.
-void TissueBody::add_response(std::vector<std::int32_t> nodes) {
+void TissueBody::find_response(std::vector<std::int32_t> nodes) {
   std::erase_if(nodes, [&](std::int32_t node) {
     return has_response_[std::size_t(surface_number_[std::size_t(node)])] != 0;
   });
@@ -503,46 +503,26 @@ void TissueBody::add_response(std::vector<std::int32_t> nodes) {
   }
 }
 
-Eigen::MatrixXd TissueBody::response(std::span<const CarriedPoint* const> points) {
-  std::vector<std::int32_t> nodes;  // that move, each once
-  for (const CarriedPoint* point : points) {
-    std::copy_if(point->nodes.begin(), point->nodes.end(), std::back_inserter(nodes),
-                 [&](std::int32_t node) { return is_free(node); });
-  }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  add_response(nodes);
-  // The nodes' answers to impulses at the points, then those of the points.
-  const auto count = Eigen::Index(nodes.size()), size = Eigen::Index(points.size());
-  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(count, size);
-  for (Eigen::Index j = 0; j < size; ++j) {
-    const CarriedPoint& point = *points[std::size_t(j)];
-    for (std::size_t k = 0; k < point.nodes.size(); ++k) {
-      const auto found = std::lower_bound(nodes.begin(), nodes.end(), point.nodes[k]);
-      if (is_free(point.nodes[k])) weights(found - nodes.begin(), j) = point.weights[k];
-    }
-  }
-  Eigen::MatrixXd answers = Eigen::MatrixXd::Zero(3 * size, 3 * size);
-  for (Eigen::Index m = 0; m < count; ++m) {
-    Eigen::MatrixXd of_node = Eigen::MatrixXd::Zero(3 * size, 3);
-    for (Eigen::Index n = 0; n < count; ++n) {
-      const Matrix3 turned = turned_response(nodes[std::size_t(n)], nodes[std::size_t(m)]);
-      for (Eigen::Index i = 0; i < size; ++i) {
-        if (weights(n, i) != 0) of_node.middleRows<3>(3 * i) += weights(n, i) * turned;
-      }
-    }
-    for (Eigen::Index j = 0; j < size; ++j) {
-      if (weights(m, j) != 0) answers.middleCols<3>(3 * j) += weights(m, j) * of_node;
-    }
-  }
-  return (answers + answers.transpose()) / 2;
-}
-
-Matrix3 TissueBody::turned_response(std::int32_t n, std::int32_t m) const {
+// The mean of both directions: single precision leaves the response not quite symmetric.
+Matrix3 TissueBody::response(std::int32_t n, std::int32_t m) const {
   const Eigen::Index row = 3 * surface_number_[std::size_t(n)];
   const Eigen::Index column = 3 * surface_number_[std::size_t(m)];
-  return node_rotations_[std::size_t(n)] * response_.block<3, 3>(row, column).cast<Scalar>() *
+  const Eigen::Matrix3f both =
+      response_.block<3, 3>(row, column) + response_.block<3, 3>(column, row).transpose();
+  return node_rotations_[std::size_t(n)] * (both.cast<Scalar>() / 2) *
          node_rotations_[std::size_t(m)].transpose();
+}
+
+void TissueBody::add_response(std::int32_t from, const Vector3& impulse_W,
+                              std::span<const std::int32_t> at, NodeVectors& v) const {
+  const Eigen::Index column = 3 * surface_number_[std::size_t(from)];
+  const Eigen::Vector3f impulse =
+      (node_rotations_[std::size_t(from)].transpose() * impulse_W).cast<float>();
+  for (const std::int32_t n : at) {
+    const Eigen::Index row = 3 * surface_number_[std::size_t(n)];
+    const Eigen::Vector3f answer = response_.block<3, 3>(row, column) * impulse;
+    v.col(n) += node_rotations_[std::size_t(n)] * answer.cast<Scalar>();
+  }
 }
 
 void TissueBody::move(const RigidPose& X) {

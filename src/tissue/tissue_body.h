@@ -64,9 +64,14 @@ class TissueBody {
   /// How all nodes at the surface answer each other, for response(). After a cut that is found for
   /// the nodes that are asked for.
   void prepare_response();
-  /// The velocities that impulses at these points make within a step, from the factor: near to J
-  /// A^-1 J^T. Symmetric, 3 x 3 a pair.
-  Eigen::MatrixXd response(std::span<const CarriedPoint* const> points);
+  /// The same of these nodes at the surface, which can move, where it is not yet found.
+  void find_response(std::vector<std::int32_t> nodes);
+  /// What an impulse on one of them does to the velocity of another within a step, from the factor:
+  /// near to A^-1. That of (m, n) is the transpose, but for rounding.
+  Matrix3 response(std::int32_t n, std::int32_t m) const;
+  /// Adds it to the velocities of nodes at the surface that can move.
+  void add_response(std::int32_t from, const Vector3& impulse_W, std::span<const std::int32_t> at,
+                    NodeVectors& v) const;
 
   const NodeVectors& velocities() const { return v_; }
   void set_velocities(const NodeVectors& v) { v_ = v; }
@@ -83,7 +88,6 @@ class TissueBody {
   void number_free_nodes();
   void factorise();
   void number_surface_nodes();
-  void add_response(std::vector<std::int32_t> nodes);
   friend class TissueSheets;
   NewPoint point_on(std::int32_t triangle, const Vector3& p_W) const;
   bool joins_distant(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
@@ -96,7 +100,6 @@ class TissueBody {
   void take_surface(const KerfSurface& surface, LatticePieces& pieces);
   void bound_energy(Scalar most, const LatticePieces& pieces);
   bool is_tame(const BlockRows& rows) const;
-  Matrix3 turned_response(std::int32_t n, std::int32_t m) const;
   void keep_momentum(const NodeVectors& rest, NodeVectors& v) const;
   void find_rotations();
   void find_node_rotations();

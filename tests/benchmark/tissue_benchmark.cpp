@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 
 // Joint steps of a soft liver with a tool that presses it, then strokes along it: processor time of
-// a step, in milliseconds, and that of building the model.
-//   tissue_benchmark [CUBE EDGE in mm [TRIANGLES [STIFFNESS in N/mm]]]
+// a step, in milliseconds, and that of building the model. The tool is a ball or, with the half
+// width of a plate, that.
+//   tissue_benchmark [CUBE EDGE in mm [TRIANGLES [STIFFNESS in N/mm [PLATE in mm]]]]
 
 #include <cstdio>
 #include <cstdlib>
@@ -34,12 +35,14 @@ class TimedModel final : public TissueModel {
   std::shared_ptr<TissueModel> model_;
 };
 
-int run(Scalar edge, std::size_t triangles, Scalar stiffness) {
+int run(Scalar edge, std::size_t triangles, Scalar stiffness, Scalar plate) {
   constexpr Scalar kBall = 6, kTop = 35, kFriction = 0.3;
   constexpr std::int64_t kTicks = 3000;
   const AnatomyMesh liver = make_liver(triangles);
   HapticScene scene;
-  scene.tool.push_back({std::make_shared<Sphere>(kBall), RigidPose(), {}});
+  std::shared_ptr<const Shape> tool = std::make_shared<Sphere>(kBall);
+  if (plate > 0) tool = std::make_shared<Box>(Vector3(plate, plate, kBall));
+  scene.tool.push_back({tool, RigidPose(), {}});
   scene.X_WT = RigidPose(Vector3(0, 0, kTop + kBall + 8));
   ToolObstacle obstacle;
   obstacle.name = "liver";
@@ -94,5 +97,6 @@ int main(int count, char** arguments) {
   const double edge = count > 1 ? std::atof(arguments[1]) : 7.4;
   const int triangles = count > 2 ? std::atoi(arguments[2]) : 30000;
   const double stiffness = count > 3 ? std::atof(arguments[3]) : 1;
-  return dyop::testing::run(edge, std::size_t(triangles), stiffness);
+  const double plate = count > 4 ? std::atof(arguments[4]) : 0;
+  return dyop::testing::run(edge, std::size_t(triangles), stiffness, plate);
 }

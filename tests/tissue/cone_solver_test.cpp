@@ -10,6 +10,16 @@
 namespace dyop::tissue_internal {
 namespace {
 
+struct ConeProblem {
+  Eigen::MatrixXd compliance;
+  Eigen::VectorXd free;
+  Scalar friction = 0;
+};
+
+ConeAnswer solve_cones(const ConeProblem& problem) {
+  return ConeSolver(problem.compliance, problem.friction).solve(problem.free);
+}
+
 // Contacts of a tool on springs with tissue: a part of low rank, and one for each alone.
 ConeProblem random_problem(int contacts, Scalar friction, Scalar size, std::mt19937_64& random) {
   const Eigen::Index rows = 3 * contacts;
@@ -74,6 +84,30 @@ TEST(ConeSolver, ObeysTheLaws) {
   }
   EXPECT_GE(exact, 0.95 * all);
   for (const int count : seen) EXPECT_GT(count, 100);
+}
+
+// A solver that keeps its factor for the next of many problems, near to or far from the last one.
+TEST(ConeSolver, ObeysTheLawsFromSolveToSolve) {
+  std::mt19937_64 random(3);
+  int exact = 0, all = 0;
+  for (const Scalar friction : {0.0, 0.2, 0.6}) {
+    for (const Scalar change : {0.001, 0.1, 2.0}) {
+      ConeProblem problem = random_problem(20, friction, 1, random);
+      ConeSolver solver(problem.compliance, friction);
+      Eigen::VectorXd guess;
+      for (int k = 0; k < 20; ++k) {
+        const ConeAnswer answer = solver.solve(problem.free, guess);
+        if (answer.is_exact) expect_lawful(problem, answer);
+        exact += answer.is_exact;
+        ++all;
+        guess = answer.forces;
+        problem.free += change * Eigen::VectorXd::NullaryExpr(problem.free.size(), [&] {
+                          return testing::random_number(-1, 1, random);
+                        });
+      }
+    }
+  }
+  EXPECT_GE(exact, 0.95 * all);
 }
 
 TEST(ConeSolver, StaysInTheConesWhereItIsNotExact) {
