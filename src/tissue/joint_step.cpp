@@ -130,18 +130,18 @@ class JointRun {
   // contacts are.
   void answer(const NodeVectors& start, NodeVectors& v, NodeVectors& impulses) {
     find_free_ways();
-    v -= body_.precondition(impulses);  // without the guess
-    impulses.setZero();
-    NodeVectors seen = v;
+    const NodeVectors guess = std::exchange(impulses, NodeVectors::Zero(3, v.cols()));
     const std::vector<std::int32_t> nodes = carrying_nodes();
+    NodeVectors seen = v;
+    body_.add_response(-guess, nodes, seen);
     for (int pass = 0; pass < kMostPasses && add_crossed(seen); ++pass) {
-      const NodeVectors change = find_forces(seen, 1, impulses);
-      on_tissue_.add_velocities(change, nodes, seen);
+      const NodeVectors change = find_forces(seen, impulses);
+      body_.add_response(change, nodes, seen);
     }
-    v += body_.precondition(impulses);
+    v += body_.precondition(impulses - guess);
     report_.iterations += body_.solve(start + impulses, v, body_.options().most_iterations);
     add_crossed(v);
-    v += body_.precondition(find_forces(v, kNearer, impulses));
+    v += body_.precondition(find_forces(v, impulses));
     tell();
   }
 
@@ -160,9 +160,9 @@ class JointRun {
 
   // The contacts' forces with these velocities of the tissue, which have the answer to the present
   // forces in them. Returns how the impulses change.
-  NodeVectors find_forces(const NodeVectors& v, int solves, NodeVectors& impulses) {
+  NodeVectors find_forces(const NodeVectors& v, NodeVectors& impulses) {
     extend_compliance();
-    solve_contacts(v, solves);
+    solve_contacts(v);
     NodeVectors wanted = impulses_of_contacts();
     NodeVectors change = wanted - impulses;
     impulses = std::move(wanted);
@@ -283,7 +283,7 @@ class JointRun {
   }
 
   // v has the tissue's answer to the present forces in it, but not that of the springs.
-  void solve_contacts(const NodeVectors& v, int solves) {
+  void solve_contacts(const NodeVectors& v) {
     if (active_.empty()) return;
     Eigen::VectorXd free(forces_.size());
     for (std::size_t k = 0; k < active_.size(); ++k) {
@@ -291,7 +291,7 @@ class JointRun {
     }
     free -= tissue_compliance_ * forces_;
     ConeSolver solver(compliance_, tools_[0].friction);
-    for (int k = 0; k < solves; ++k) {
+    for (int k = 0; k < kNearer; ++k) {
       const ConeAnswer answer = solver.solve(free - softening_.cwiseProduct(forces_), forces_);
       forces_ = answer.forces;
       states_ = answer.states;

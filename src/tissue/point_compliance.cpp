@@ -57,13 +57,4 @@ void PointCompliance::extend(std::vector<Matrix3>& column, std::int32_t node) co
   }
 }
 
-void PointCompliance::add_velocities(const NodeVectors& impulses, std::span<const std::int32_t> at,
-                                     NodeVectors& v) const {
-  for (const std::int32_t from : nodes_) {
-    const Vector3 impulse = impulses.col(from);
-    if (impulse.isZero(0)) continue;
-    body_.add_response(from, impulse, at, v);
-  }
-}
-
 }  // namespace dyop::tissue_internal

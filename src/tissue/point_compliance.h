@@ -23,12 +23,6 @@ class PointCompliance {
   /// Until the next call.
   std::span<const Matrix3> add(const CarriedPoint& point);
 
-  /// The nodes that carry the points and can move, each once.
-  std::span<const std::int32_t> nodes() const { return nodes_; }
-  /// Adds to velocities of some nodes what impulses on nodes() make.
-  void add_velocities(const NodeVectors& impulses, std::span<const std::int32_t> at,
-                      NodeVectors& v) const;
-
  private:
   struct Carrier {
     Eigen::Index place;  // of the node among all

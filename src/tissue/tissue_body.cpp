@@ -513,15 +513,28 @@ Matrix3 TissueBody::response(std::int32_t n, std::int32_t m) const {
          node_rotations_[std::size_t(m)].transpose();
 }
 
-void TissueBody::add_response(std::int32_t from, const Vector3& impulse_W,
-                              std::span<const std::int32_t> at, NodeVectors& v) const {
-  const Eigen::Index column = 3 * surface_number_[std::size_t(from)];
-  const Eigen::Vector3f impulse =
-      (node_rotations_[std::size_t(from)].transpose() * impulse_W).cast<float>();
-  for (const std::int32_t n : at) {
-    const Eigen::Index row = 3 * surface_number_[std::size_t(n)];
-    const Eigen::Vector3f answer = response_.block<3, 3>(row, column) * impulse;
-    v.col(n) += node_rotations_[std::size_t(n)] * answer.cast<Scalar>();
+// Impulses of a step before a cut may be on nodes that are inside now.
+void TissueBody::add_response(const NodeVectors& impulses, std::span<const std::int32_t> at,
+                              NodeVectors& v) {
+  std::vector<std::int32_t> pushed;
+  for (Eigen::Index n = 0; n < impulses.cols(); ++n) {
+    if (is_free(std::int32_t(n)) && !impulses.col(n).isZero(0)) pushed.push_back(std::int32_t(n));
+  }
+  const auto is_inside = [&](std::int32_t n) { return !is_at_surface(n); };
+  if (std::any_of(pushed.begin(), pushed.end(), is_inside)) {
+    v += precondition(impulses);
+    return;
+  }
+  find_response(pushed);
+  for (const std::int32_t from : pushed) {
+    const Eigen::Index column = 3 * surface_number_[std::size_t(from)];
+    const Eigen::Vector3f impulse =
+        (node_rotations_[std::size_t(from)].transpose() * impulses.col(from)).cast<float>();
+    for (const std::int32_t n : at) {
+      const Eigen::Index row = 3 * surface_number_[std::size_t(n)];
+      const Eigen::Vector3f answer = response_.block<3, 3>(row, column) * impulse;
+      v.col(n) += node_rotations_[std::size_t(n)] * answer.cast<Scalar>();
+    }
   }
 }
 

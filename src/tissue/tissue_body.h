@@ -69,9 +69,9 @@ class TissueBody {
   /// What an impulse on one of them does to the velocity of another within a step, from the factor:
   /// near to A^-1. That of (m, n) is the transpose, but for rounding.
   Matrix3 response(std::int32_t n, std::int32_t m) const;
-  /// Adds it to the velocities of nodes at the surface that can move.
-  void add_response(std::int32_t from, const Vector3& impulse_W, std::span<const std::int32_t> at,
-                    NodeVectors& v) const;
+  /// Adds to the velocities of nodes at the surface that can move what impulses make there: as
+  /// precondition(), in less time for few nodes.
+  void add_response(const NodeVectors& impulses, std::span<const std::int32_t> at, NodeVectors& v);
 
   const NodeVectors& velocities() const { return v_; }
   void set_velocities(const NodeVectors& v) { v_ = v; }
@@ -88,6 +88,7 @@ class TissueBody {
   void number_free_nodes();
   void factorise();
   void number_surface_nodes();
+  bool is_at_surface(std::int32_t node) const { return surface_number_[std::size_t(node)] >= 0; }
   friend class TissueSheets;
   NewPoint point_on(std::int32_t triangle, const Vector3& p_W) const;
   bool joins_distant(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles,
