@@ -92,5 +92,24 @@ TEST(PointCompliance, AddsVelocitiesLikeThePreconditioner) {
   }
 }
 
+// As after a cut: impulses on nodes that do not carry the surface.
+TEST(PointCompliance, AddsVelocitiesOfImpulsesInside) {
+  BentBar bar;
+  TissueBody& body = bar.body();
+  body.prepare_response();
+  std::mt19937_64 random(3);
+  NodeVectors impulses = NodeVectors::Zero(3, body.positions().cols());
+  for (Eigen::Index n = 0; n < impulses.cols(); ++n) {
+    if (body.is_free(std::int32_t(n))) impulses.col(n) = testing::random_direction(random);
+  }
+  NodeVectors v = NodeVectors::Zero(3, impulses.cols());
+  const std::vector<std::int32_t> nodes = bar.random_point(random).nodes;
+  body.add_response(impulses, nodes, v);
+  const NodeVectors expected = body.precondition(impulses);
+  for (const std::int32_t n : nodes) {
+    EXPECT_LE((v.col(n) - expected.col(n)).norm(), 1e-5 * expected.norm());
+  }
+}
+
 }  // namespace
 }  // namespace dyop::tissue_internal
