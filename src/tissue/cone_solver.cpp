@@ -20,12 +20,6 @@ constexpr Scalar kWorthAStep = 0.2;
 
 }  // namespace
 
-// The derivatives of a loaded contact's residual by its displacement and by its force.
-struct ConeSolver::Mix {
-  Matrix3 of_apart = Matrix3::Identity();
-  Matrix3 of_force = Matrix3::Zero();
-};
-
 ConeSolver::ConeSolver(const Eigen::MatrixXd& compliance, Scalar friction)
     : compliance_(compliance), friction_(friction), count_(compliance.rows() / 3) {
   if (count_ == 0) return;

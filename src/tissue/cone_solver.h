@@ -35,10 +35,14 @@ class ConeSolver {
   ConeAnswer solve(const Eigen::VectorXd& free, const Eigen::VectorXd& guess = {});
 
  private:
+  // The derivatives of a loaded contact's residual by its displacement and by its force.
+  struct Mix {
+    Matrix3 of_apart = Matrix3::Identity();
+    Matrix3 of_force = Matrix3::Zero();
+  };
   Scalar weight(Eigen::Index c) const;
   Vector3 target(Eigen::Index c) const;
   Scalar radius(const Vector3& y) const;
-  struct Mix;
   Mix mix_of(Eigen::Index c) const;
   Scalar evaluate();
   bool try_last_factor(Scalar& error);

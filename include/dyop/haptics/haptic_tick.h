@@ -170,8 +170,8 @@ struct HapticTick {
   /// once reached.
   Scalar tissue_lag = 0;
   /// How far tissue from which snapshots are expected (HapticSession::expect_snapshots()) is behind
-  /// the session's time: for so long it has waited for them since its first one, as those of a model
-  /// that is slower than the clock, or was stopped. Maximum over obstacles.
+  /// the session's time: how long it has waited for them since the first, as for a model slower
+  /// than the clock, or was stopped. Maximum over obstacles.
   Scalar tissue_behind = 0;
   /// Per obstacle: total of snapshots and meshes given before the tick.
   std::vector<std::int64_t> snapshots;
