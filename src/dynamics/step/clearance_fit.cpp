@@ -146,14 +146,10 @@ void fit_rest_offsets(IslandRun& run) {
   std::vector<Surroundings> fixed(run.members().size());
   for (const RunPair& pair : run.pairs()) {
     if (!is_ordinary(pair)) continue;
-    const auto is_static = [](const std::optional<std::size_t>& member, const BodyRecord& body) {
-      return !member && body.definition.kind == BodyKind::Static;
-    };
-    const bool static_a = is_static(pair.member_a, *pair.a);
-    if (static_a || is_static(pair.member_b, *pair.b)) {
-      Surroundings& around = fixed[static_a ? *pair.member_b : *pair.member_a];
+    if (!pair.member_a || !pair.member_b) {
+      Surroundings& around = fixed[pair.member_a ? *pair.member_a : *pair.member_b];
       around.pairs.push_back(&pair);
-      around.moves_a.push_back(!static_a);
+      around.moves_a.push_back(pair.member_a.has_value());
     } else {
       Surroundings{{&pair}, {0}}.fit();
     }

@@ -93,6 +93,10 @@ constexpr Scalar kGuessedPart = 0.1;
 // Substeps of this part of a step are not shortened for a joint.
 constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // literal: of a turn a step, a tenth of a radian
 
+// If joints close by so many times what the substep's turns take from them, the turns are those of
+// the recovery.
+constexpr Scalar kPrevailing = 10;
+
 // The largest error that a joint closes in one substep.
 Scalar recovery_of_substep(const SubstepProblem& substep, const JointState& joint) {
   const BodyRecord& a = substep.run().context().body(joint.definition.a.slot);
@@ -103,6 +107,19 @@ Scalar recovery_of_substep(const SubstepProblem& substep, const JointState& join
 bool is_held(const SubstepRow& entry) {
   return !entry.is_left_out && (entry.equation.kind == JointEquation::Kind::Equality ||
                                 entry.equation.kind == JointEquation::Kind::Limit);
+}
+
+bool recovery_prevails(const SubstepProblem& substep, Scalar tau) {
+  Scalar recovery = 0;
+  Scalar bending = 0;
+  for (std::size_t i = 0; i < substep.rows().size(); ++i) {
+    const SubstepRow& entry = substep.rows()[i];
+    if (!is_held(entry)) continue;
+    const Scalar physical = -entry.error / tau;
+    recovery = std::max(recovery, std::abs(substep.problem().rows[i].target - physical));
+    bending = std::max(bending, std::abs(physical));
+  }
+  return recovery > kPrevailing * bending;
 }
 
 void add_reaction(const SubstepRow& entry, Scalar impulse) {
@@ -245,6 +262,7 @@ bool joints_are_guessed(const SubstepProblem& substep, Scalar tau) {
 
 bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends) {
   bool has_recovery = false;
+  bends = bends && !recovery_prevails(substep, tau);
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
     if (!is_held(entry)) continue;

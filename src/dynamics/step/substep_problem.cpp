@@ -61,9 +61,22 @@ constexpr Scalar kUnknownFriction = std::numeric_limits<Scalar>::quiet_NaN();
 // How much farther a contact is pushed that was hit, in rest offsets; doubled each time.
 constexpr Scalar kHitPush = 0.5;
 
+// What lies on a belt is at rest, and is solved as exactly as on a floor.
+Vector3 carrying_velocity(IslandRun& run) {
+  Vector3 carried_W = Vector3::Zero();
+  for (const IslandRun::RunPair& pair : run.pairs()) {
+    if (!pair.is_near || (pair.member_a && pair.member_b)) continue;
+    const BodyRecord& body = pair.member_a ? *pair.b : *pair.a;
+    const Vector3 v_W = run.central_twist(std::nullopt, body).v_WB;
+    if (carried_W.isZero(0)) carried_W = v_W;
+    if (v_W != carried_W) return Vector3::Zero();
+  }
+  return carried_W;
+}
+
 }  // namespace
 
-SubstepProblem::SubstepProblem(IslandRun& run) : run_(run) {
+SubstepProblem::SubstepProblem(IslandRun& run) : run_(run), carried_W_(carrying_velocity(run)) {
   std::vector<SubstepMemory>& spare = run.workspace().spare;
   if (!spare.empty()) {
     memory_ = std::move(spare.back());
@@ -76,8 +89,8 @@ SubstepProblem::SubstepProblem(IslandRun& run) : run_(run) {
     centers_.push_back(member.state.X_WM.translation());
     set_mobility(problem_.bodies.size() - 1, member.state.X_WM.rotation());
     const Vector3 w_W = problem_.bodies.back().inverse_inertia_W * member.state.L_W;
-    start_speed_ =
-        std::max(start_speed_, member.state.v_W.norm() + w_W.norm() * member.body->radius);
+    start_speed_ = std::max(
+        start_speed_, (member.state.v_W - carried_W_).norm() + w_W.norm() * member.body->radius);
   }
   for (const IslandRun::RunPair& pair : run.pairs()) {
     rest_offset_ = std::min(rest_offset_, pair.state->lengths.rest_offset);
@@ -278,7 +291,8 @@ Scalar SubstepProblem::tolerance(Scalar tau) const {
   tau = std::max(tau, least_substep());
   Scalar fastest = start_speed_;
   for (const ContactBody& body : problem_.bodies) {
-    if (body.inverse_mass_W.isZero(0)) fastest = std::max(fastest, body.free_v_W.norm());
+    if (!body.inverse_mass_W.isZero(0)) continue;
+    fastest = std::max(fastest, (body.free_v_W - carried_W_).norm());
   }
   Scalar usual = contact_tolerance(fastest, rest_offset_, tau);
   if (is_crowd()) {

@@ -195,8 +195,9 @@ class SubstepProblem {
   std::size_t first_contacts_ = 0;                               // without those from hits
   std::size_t ball_contacts_ = 0;                                // of pairs with a ball
   Scalar rest_offset_ = kInfinity;
-  Scalar start_speed_ = 0;  // of the fastest member, turning included
-  Scalar slack_ = 0;        // of ends: a smaller change is within what the last solve left; length
+  Vector3 carried_W_ = Vector3::Zero();  // velocity of what carries the island, such as a belt
+  Scalar start_speed_ = 0;               // of the fastest member relative to that, turning included
+  Scalar slack_ = 0;  // of ends: a smaller change is within what the last solve left; length
 };
 
 }  // namespace dyop::dynamics_internal
