@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "dynamics/step/island.h"
+#include "dynamics/step/link_rows.h"
 #include "dynamics/step/nonnegative_fit.h"
 
 namespace dyop::dynamics_internal {
@@ -26,7 +30,7 @@ constexpr int kMostColumns = 60;
 // while the demands, weighted by them, add up to more than zero: that is, if a nonnegative
 // combination of the columns (force, torque / lever arm, demand) equals (0, 0, 1). The nearer the
 // best combination comes, the longer the motion that meets the demands.
-bool can_meet(std::span<const GapDemand> demands) {
+bool can_meet(std::span<const GapDemand> demands, std::span<const MotionHold> holds) {
   Scalar most = 0;
   Vector3 center = Vector3::Zero();
   for (const GapDemand& demand : demands) {
@@ -43,6 +47,15 @@ bool can_meet(std::span<const GapDemand> demands) {
     row.head<3>() = demand.nhat_W;
     if (length > 0) row.segment<3>(3) = (demand.p_W - center).cross(demand.nhat_W) / length;
     row[6] = demand.missing / most;
+  }
+  for (const MotionHold& hold : holds) {
+    Row row = Row::Zero();
+    row.head<3>() = hold.j_v;
+    const Vector3 torque = hold.j_w - center.cross(hold.j_v);
+    if (length > 0) row.segment<3>(3) = torque / length;
+    if (row.isZero(0)) continue;
+    rows.push_back(row.normalized());
+    rows.push_back(-rows.back());
   }
   NonnegativeFit fit(Row::Unit(6));
   for (int k = 0; k < kMostColumns; ++k) {
@@ -76,6 +89,12 @@ using RunPair = IslandRun::RunPair;
 struct Surroundings {
   std::vector<const RunPair*> pairs;
   std::vector<char> moves_a;  // by pair: whether the body is A
+  std::vector<MotionHold> holds;
+
+  void add(const RunPair& pair, bool is_of_a) {
+    pairs.push_back(&pair);
+    moves_a.push_back(is_of_a);
+  }
 
   Vector3 normal(std::size_t pair, const ContactPoint& point) const {
     return moves_a[pair] ? Vector3(-point.nhat_AB_W) : point.nhat_AB_W;
@@ -87,6 +106,7 @@ struct Surroundings {
 
 // The usual case: contacts with a floor, or with one side of another body.
 bool Surroundings::are_one_sided() const {
+  if (!holds.empty()) return false;
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (const ContactPoint& point : pairs[i]->state->points()) sum += normal(i, point);
@@ -109,7 +129,7 @@ bool Surroundings::have_room(Scalar rest_offsets) const {
       demands.push_back({normal(i, point), (point.p_WCa + point.p_WCb) / 2, least - point.gap});
     }
   }
-  return can_meet(demands);
+  return can_meet(demands, holds);
 }
 
 void Surroundings::fit() const {
@@ -140,21 +160,75 @@ bool is_ordinary(const RunPair& pair) {
   return pair.is_near && !pair.state->overlaps && !pair.state->uncertified_gap;
 }
 
+// Of each member the first one of those that joints connect it with.
+std::vector<std::size_t> joined_groups(IslandRun& run) {
+  std::vector<std::size_t> group(run.members().size());
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (bool has_changed = !run.joints().empty(); has_changed;) {
+    has_changed = false;
+    for (const JointState* joint : run.joints()) {
+      const auto a = run.member_at(joint->definition.a);
+      const auto b = run.member_at(joint->definition.b);
+      if (!a || !b || group[*a] == group[*b]) continue;
+      group[*a] = group[*b] = std::min(group[*a], group[*b]);
+      has_changed = true;
+    }
+  }
+  return group;
+}
+
+// What joints with bodies that cannot be moved leave of a member's motions.
+std::vector<MotionHold> holds_of(IslandRun& run, std::size_t member) {
+  std::vector<MotionHold> holds;
+  for (const JointState* joint : run.joints()) {
+    const auto a = run.member_at(joint->definition.a);
+    const auto b = run.member_at(joint->definition.b);
+    if ((a && b) || (a ? *a : *b) != member) continue;
+    const JointPlaces places = joint_places(run, *joint);
+    const Vector3 center = a ? places[0].center_a_W : places[0].center_b_W;
+    for (const JointEquation& equation : joint_equations(*joint, places, 1)) {
+      if (equation.kind != JointEquation::Kind::Equality) continue;
+      const Vector3& j_v = a ? equation.row.j_av_W : equation.row.j_bv_W;
+      const Vector3& j_w = a ? equation.row.j_aw_W : equation.row.j_bw_W;
+      holds.push_back({j_v, j_w + center.cross(j_v)});
+    }
+  }
+  return holds;
+}
+
 }  // namespace
 
 void fit_rest_offsets(IslandRun& run) {
+  const std::vector<std::size_t> group = joined_groups(run);
   std::vector<Surroundings> fixed(run.members().size());
+  std::map<std::pair<std::size_t, std::size_t>, Surroundings>
+      joined;  // by body and group around it
+  const auto are_joined = [&](std::size_t member) {
+    return std::count(group.begin(), group.end(), group[member]) > 1;
+  };
   for (const RunPair& pair : run.pairs()) {
     if (!is_ordinary(pair)) continue;
     if (!pair.member_a || !pair.member_b) {
-      Surroundings& around = fixed[pair.member_a ? *pair.member_a : *pair.member_b];
-      around.pairs.push_back(&pair);
-      around.moves_a.push_back(pair.member_a.has_value());
-    } else {
-      Surroundings{{&pair}, {0}}.fit();
+      fixed[pair.member_a ? *pair.member_a : *pair.member_b].add(pair, pair.member_a.has_value());
+      continue;
     }
+    const std::size_t a = *pair.member_a;
+    const std::size_t b = *pair.member_b;
+    const bool meets_a = !run.joints().empty() && group[a] != group[b] && are_joined(a);
+    const bool meets_b = !run.joints().empty() && group[a] != group[b] && are_joined(b);
+    if (meets_a) joined[{b, group[a]}].add(pair, false);
+    if (meets_b) joined[{a, group[b]}].add(pair, true);
+    if (meets_a || meets_b) continue;
+    Surroundings alone;
+    alone.add(pair, false);
+    alone.fit();
   }
-  for (const Surroundings& around : fixed) around.fit();
+  for (auto& [body, around] : joined) around.fit();
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    if (fixed[i].pairs.empty()) continue;
+    fixed[i].holds = holds_of(run, i);
+    fixed[i].fit();
+  }
 }
 
 }  // namespace dyop::dynamics_internal

@@ -109,7 +109,9 @@ bool is_held(const SubstepRow& entry) {
                                 entry.equation.kind == JointEquation::Kind::Limit);
 }
 
-bool recovery_prevails(const SubstepProblem& substep, Scalar tau) {
+}  // namespace
+
+bool joint_recovery_prevails(const SubstepProblem& substep, Scalar tau) {
   Scalar recovery = 0;
   Scalar bending = 0;
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
@@ -119,8 +121,10 @@ bool recovery_prevails(const SubstepProblem& substep, Scalar tau) {
     recovery = std::max(recovery, std::abs(substep.problem().rows[i].target - physical));
     bending = std::max(bending, std::abs(physical));
   }
-  return recovery > kPrevailing * bending;
+  return recovery > kPrevailing * bending && tau * recovery > kErrorChange * substep.rest_offset();
 }
+
+namespace {
 
 void add_reaction(const SubstepRow& entry, Scalar impulse) {
   const JointRow& row = entry.equation.row;
@@ -262,7 +266,6 @@ bool joints_are_guessed(const SubstepProblem& substep, Scalar tau) {
 
 bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends) {
   bool has_recovery = false;
-  bends = bends && !recovery_prevails(substep, tau);
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
     if (!is_held(entry)) continue;
@@ -353,6 +356,16 @@ void JointTension::stiffen(const std::vector<Vector3>& free_L_W, const std::vect
     const Matrix3 mobility = inertia.inverse();
     body.inverse_inertia_W = (mobility + mobility.transpose()) / 2;
     body.free_w_W = body.inverse_inertia_W * (free_L_W[i] + stiffness_[i] * w_W[i]);
+  }
+}
+
+void JointTension::relax(const std::vector<Vector3>& free_L_W) {
+  if (!is_stiff_) return;
+  is_stiff_ = false;
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    substep_.set_mobility(i, substep_.run().members()[i].state.X_WM.rotation());
+    ContactBody& body = substep_.problem().bodies[i];
+    body.free_w_W = body.inverse_inertia_W * free_L_W[i];
   }
 }
 

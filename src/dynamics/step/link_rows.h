@@ -47,6 +47,9 @@ void add_reactions(SubstepProblem& substep);
 /// of length tau to be held, and a shorter one is needed.
 bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
 
+/// Whether joints close errors so fast that the bodies turn by that rather than by their velocities.
+bool joint_recovery_prevails(const SubstepProblem& substep, Scalar tau);
+
 /// Removes from the targets what only recovers errors of position, and without `bends` also what
 /// the joint needs because it turns. Returns whether there was any.
 bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends);
@@ -67,6 +70,8 @@ class JointTension {
   /// and free velocities have been set, given their angular momenta and the angular velocities
   /// around which to solve, by member.
   void stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W);
+  /// Takes the stiffness away again: the last solve's impulses were those of a recovery.
+  void relax(const std::vector<Vector3>& free_L_W);
   /// Takes the rows where the last solve has its bodies in the middle of the move. Returns whether
   /// they turned so much that the solve must be repeated.
   bool follow();

@@ -12,6 +12,7 @@
 
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 
@@ -231,6 +232,87 @@ TEST(CloseFit, BoxesFallFreelyBetweenWallsThatLeaveLessThanTheirRestGaps) {
           EXPECT_NEAR(state.twist.w_WB.norm(), 0, 1e-3);
         }
       }
+    }
+  }
+}
+
+// Walls on prescribed motions, and walls that a joint connects and that fall with the box.
+enum class Walls { AtRest, Moving, JoinedInFreeFall };
+
+void expect_box_falls_between(Walls walls, Scalar friction, Scalar play) {
+  World world(earth_options());
+  std::vector<BodyId> ids;
+  for (const Scalar side : {-1., 1.}) {
+    const Vector3 place(side * (0.2 + play), 0, 0);
+    BodyDefinition wall = dynamic_body(side < 0 ? "left wall" : "right wall",
+                                       std::make_shared<Box>(Vector3(0.1, 1, 5)), place);
+    wall.friction = friction;
+    if (walls != Walls::JoinedInFreeFall) {
+      wall.kind = BodyKind::Kinematic;
+      wall.motion = std::make_shared<ConstantTwistMotion>(
+          RigidPose(place),
+          Twist{(walls == Walls::Moving ? 0.5 : 0) * Vector3::UnitY(), Vector3::Zero()});
+    }
+    ids.push_back(world.add_body(wall));
+  }
+  if (walls == Walls::JoinedInFreeFall) {
+    JointDefinition frame;
+    frame.name = "frame";
+    frame.kind = JointKind::Fixed;
+    frame.a = ids[0];
+    frame.b = ids[1];
+    frame.X_AJ = RigidPose(Vector3(0.2 + play, 0, 0));
+    frame.X_BJ = RigidPose(Vector3(-0.2 - play, 0, 0));
+    world.add_joint(frame);
+  }
+  BodyDefinition box =
+      dynamic_body("box", std::make_shared<Box>(Vector3(0.1, 0.1, 0.1)), Vector3::Zero());
+  box.friction = friction;
+  box.restitution = 0;
+  const BodyId id = world.add_body(box);
+  for (int k = 0; k < 30; ++k) EXPECT_EQ(world.advance(0.01).work.unconverged, 0);
+  const Scalar fallen = kGravity * 0.3 * 0.3 / 2;
+  EXPECT_NEAR(world.state(id).X_WB.translation().z(), -fallen, 1e-3 * fallen)
+      << int(walls) << ", friction " << friction << ", play " << play;
+}
+
+TEST(CloseFit, BoxesFallFreelyBetweenWallsThatMoveOrAreJoined) {
+  for (const Walls walls : {Walls::AtRest, Walls::Moving, Walls::JoinedInFreeFall}) {
+    for (const Scalar friction : {0., 0.5}) {
+      for (const Scalar play : {2e-4, 6e-5, 3e-5}) {
+        if (walls == Walls::Moving && friction > 0) continue;  // drag along
+        expect_box_falls_between(walls, friction, play);
+      }
+    }
+  }
+}
+
+// A carriage on a rail passes above a floor that is nearer than its rest gap.
+TEST(CloseFit, ACarriageGlidesCloseAboveAFloor) {
+  for (const Scalar gaps : {0.3, 0.6, 0.9}) {
+    for (const Scalar h : {0.01, 0.002}) {
+      World world(earth_options());
+      const BodyId floor = world.add_body(floor_body(0.5));
+      constexpr Scalar kHalf = 0.1;
+      const Scalar height = kHalf + gaps * rest_gap(kHalf * std::sqrt(3.));
+      BodyDefinition carriage =
+          dynamic_body("carriage", std::make_shared<Box>(Vector3(kHalf, kHalf, kHalf)),
+                       {0, 0, height}, {2, 0, 0});
+      carriage.friction = 0.5;
+      const BodyId id = world.add_body(carriage);
+      JointDefinition rail;
+      rail.name = "rail";
+      rail.kind = JointKind::Slider;
+      rail.a = floor;
+      rail.b = id;
+      const Matrix3 z_to_x = rotation_from_vector(Vector3(0, std::numbers::pi / 2, 0));
+      rail.X_AJ = RigidPose(z_to_x, Vector3(0, 0, 1 + height));
+      rail.X_BJ = RigidPose(z_to_x, Vector3::Zero());
+      world.add_joint(rail);
+      for (int k = 0; k < int(std::lround(0.3 / h)); ++k) {
+        EXPECT_EQ(world.advance(h).work.unconverged, 0);
+      }
+      EXPECT_NEAR(world.state(id).twist.v_WB.x(), 2, 1e-6) << gaps << " " << h;
     }
   }
 }

@@ -207,5 +207,26 @@ TEST(Misfit, CompressedRowSags) {
   }
 }
 
+// Closing the offset of a joint leaves two bodies at rest where it brings them.
+TEST(Misfit, ClosingAnOffsetGivesNoSpeed) {
+  for (const JointKind kind : {JointKind::Fixed, JointKind::Ball, JointKind::Slider}) {
+    for (const Scalar h : {0.02, 0.002}) {
+      World world{WorldOptions{}};
+      const Vector3 half(0.1, 0.1, 0.1);
+      JointDefinition joint;
+      joint.name = "joint";
+      joint.kind = kind;
+      joint.a = world.add_body(ghost(half, RigidPose(Vector3(-0.15, 0, 0))));
+      joint.b = world.add_body(ghost(half, RigidPose(Vector3(0.25, 0, 0.1))));
+      joint.X_AJ = RigidPose(Vector3(0.15, 0, 0));
+      joint.X_BJ = RigidPose(Vector3(-0.15, 0, 0));
+      world.add_joint(joint);
+      for (int k = 0; k < int(std::lround(1 / h)); ++k) world.advance(h);
+      EXPECT_LT(world.kinetic_energy(), 1e-20) << int(kind) << " " << h;
+      EXPECT_LT(world.angular_momentum().norm(), 1e-12) << int(kind) << " " << h;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dyop

@@ -5,7 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "dyop/geometry/primitives.h"
 #include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 
@@ -46,6 +50,50 @@ TEST(Turntable, ABallGoesRoundAtTwoSeventhsOfItsRate) {
           center + rotation_from_vector(Vector3(0, 0, rate * kTime)) * (start - center);
       const Scalar radius = (start - center).norm();
       EXPECT_LT((world.state(id).X_WB.translation() - expected).norm(), 1e-3 * radius) << h;
+    }
+  }
+}
+
+// Six rows of cubes that lie on a belt lie as still on it as on a floor.
+TEST(Turntable, APyramidDoesNotCreepOnABelt) {
+  for (const Scalar speed : {0., 1., 10.}) {
+    WorldOptions options = earth_options();
+    options.sleep_steps = 0;
+    World world(options);
+    BodyDefinition belt = floor_body(0.5);
+    belt.kind = BodyKind::Kinematic;
+    belt.motion = std::make_shared<ConstantTwistMotion>(
+        belt.initial.X_WB, Twist{Vector3(speed, 0, 0), Vector3::Zero()});
+    world.add_body(belt);
+    constexpr Scalar kCube = 0.2;
+    constexpr int kRows = 6;
+    const Scalar gap = rest_gap(kCube / 2 * std::sqrt(3.));
+    std::vector<BodyId> cubes;
+    for (int row = 0; row < kRows; ++row) {
+      for (int k = 0; k + row < kRows; ++k) {
+        BodyDefinition cube =
+            dynamic_body("cube " + std::to_string(cubes.size()),
+                         std::make_shared<Box>(Vector3::Constant(kCube / 2)),
+                         {1.05 * kCube * (k + row / 2.), 0, kCube / 2 + gap + row * (kCube + gap)},
+                         {speed, 0, 0});
+        cube.restitution = 0;
+        cubes.push_back(world.add_body(cube));
+      }
+    }
+    const auto places = [&] {
+      std::vector<Vector3> all;
+      for (const BodyId id : cubes) {
+        all.push_back(world.state(id).X_WB.translation() -
+                      world.state(cubes.front()).X_WB.translation());
+      }
+      return all;
+    };
+    for (int k = 0; k < 50; ++k) world.advance(0.01);
+    const std::vector<Vector3> before = places();
+    for (int k = 0; k < 100; ++k) world.advance(0.01);
+    const std::vector<Vector3> after = places();
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      EXPECT_LT((after[i] - before[i]).norm(), 1e-8) << speed << " " << i;
     }
   }
 }

@@ -94,5 +94,38 @@ TEST(ClearanceFit, NothingIsAskedOfABodyWithoutContacts) {
   EXPECT_TRUE(can_meet({}));
 }
 
+// Random demands that a random motion meets, if joints allow that motion; a demand that only
+// motions along a held direction could meet is never met.
+TEST(ClearanceFit, JointsLeaveTheMotionsThatTheyAllow) {
+  std::mt19937_64 random(7);
+  for (int k = 0; k < 2000; ++k) {
+    const auto vector = [&] {
+      return Vector3(random_number(-1, 1, random), random_number(-1, 1, random),
+                     random_number(-1, 1, random));
+    };
+    const Vector3 v = 1e-5 * vector();
+    const Vector3 w = 1e-5 * vector();
+    std::vector<GapDemand> demands;
+    for (int i = 0; i < 8; ++i) {
+      const Vector3 n = vector().normalized();
+      const Vector3 p = vector();
+      demands.push_back({n, p, n.dot(v + w.cross(p))});
+    }
+    std::vector<MotionHold> holds;
+    for (int i = 0; i < 2; ++i) {
+      const Vector3 j_v = vector();
+      // j_v . v + j_w . w = 0
+      const Vector3 j_w = -w * (j_v.dot(v) / w.squaredNorm()) + w.cross(vector()) / w.norm();
+      holds.push_back({j_v, j_w});
+    }
+    EXPECT_TRUE(can_meet(demands, holds)) << k;
+    const Vector3 axis = vector().normalized();
+    const std::vector<GapDemand> along{{axis, Vector3::Zero(), 1e-5}};
+    const std::vector<MotionHold> held{{axis, Vector3::Zero()}};
+    EXPECT_TRUE(can_meet(along)) << k;
+    EXPECT_FALSE(can_meet(along, held)) << k;
+  }
+}
+
 }  // namespace
 }  // namespace dyop::dynamics_internal
