@@ -153,6 +153,13 @@ Scalar least_on_way(const contact_internal::MovedPieces& pieces, const DistanceR
   return least;
 }
 
+// Of two convex shapes, whose other corners may come nearer than those that pass; none of others.
+std::optional<Scalar> least_of_convex(const contact_internal::MovedPieces& pieces) {
+  if (pieces.a.kind() != ShapeKind::Convex || pieces.b.kind() != ShapeKind::Convex) return {};
+  const DistanceResult last = distance(pieces.a, pieces.X_WA_end, pieces.b, pieces.X_WB_end);
+  return last.lower > 0 ? least_on_way(pieces, last) : 0;
+}
+
 // Two convex shapes, one of them smooth: their one contact slides over the surfaces, and a distance
 // query finds it. If its normal turns far, the shapes pass each other.
 std::optional<EndGap> smooth_end_gap(const ContactPoint& point,
@@ -224,7 +231,8 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
         point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
   }
   if (const auto passed = passing_gap(point, pieces)) {
-    end.gap = *passed;
+    const std::optional<Scalar> least = least_of_convex(pieces);
+    end.gap = std::min(*passed, least.value_or(*passed));
     end.passes = true;
     end.may_overstate = false;
   } else if (has_smooth && end.gap < kPassingPart * point.gap && !is_on_face(point)) {

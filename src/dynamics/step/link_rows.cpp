@@ -116,7 +116,7 @@ bool joint_recovery_prevails(const SubstepProblem& substep, Scalar tau) {
   Scalar bending = 0;
   for (std::size_t i = 0; i < substep.rows().size(); ++i) {
     const SubstepRow& entry = substep.rows()[i];
-    if (!is_held(entry)) continue;
+    if (entry.equation.kind != JointEquation::Kind::Equality || entry.is_left_out) continue;
     const Scalar physical = -entry.error / tau;
     recovery = std::max(recovery, std::abs(substep.problem().rows[i].target - physical));
     bending = std::max(bending, std::abs(physical));
