@@ -246,45 +246,6 @@ Scalar closing_at_dip(Scalar room, Scalar error) {
   return error > 0 && room < error ? 2 * std::sqrt(error * std::max(room, Scalar{0})) : kInfinity;
 }
 
-ContactPoint point_of_hit(const ToiResult& hit, const BodyRecord& a, const RigidPose& X_WA,
-                          const BodyRecord& b, const RigidPose& X_WB) {
-  const ImpactContact& found = *hit.contact;
-  ContactPoint point;
-  point.key.a.piece = found.child_a.value_or(0);
-  point.key.b.piece = found.child_b.value_or(0);
-  point.feature_a = found.feature_a;
-  point.feature_b = found.feature_b;
-  point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
-  const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
-  point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
-  point.nhat_AB_W =
-      ((point.normal_is_of_b ? X_WB : X_WA).rotation() * point.nhat_AB_S).normalized();
-  // A ball that spins does not take the point where it is hit back with it.
-  const auto carried_back = [&](const Vector3& p_W, Scalar radius, const RigidPose& X_hit,
-                                const RigidPose& X_W) -> Vector3 {
-    const Vector3 core = X_hit.inverse() * Vector3(p_W + radius * found.nhat_AB_W);
-    return X_W * core - radius * point.nhat_AB_W;
-  };
-  const Scalar radius_a = rounding_radius(shape_part(*a.definition.shape, point.key.a.piece));
-  const Scalar radius_b = rounding_radius(shape_part(*b.definition.shape, point.key.b.piece));
-  point.p_WCa = carried_back(found.p_WCa, -radius_a, hit.X_WA, X_WA);
-  point.p_WCb = carried_back(found.p_WCb, radius_b, hit.X_WB, X_WB);
-  point.p_ACa = X_WA.inverse() * point.p_WCa;
-  point.p_BCb = X_WB.inverse() * point.p_WCb;
-  point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
-  return point;
-}
-
-Vector3 acting_point(const ContactPoint& hit) {
-  const Vector3 half = hit.gap / 2 * hit.nhat_AB_W;
-  const FeatureKind a = hit.feature_a.kind;
-  const FeatureKind b = hit.feature_b.kind;
-  const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
-  const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
-  if (is_of_a == is_of_b) return between(hit.p_WCa, hit.p_WCb);
-  return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
-}
-
 // Contacts on curved surfaces.
 
 namespace {

@@ -11,7 +11,6 @@
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/core/export.h"
-#include "dyop/toi/toi_result.h"
 
 namespace dyop::dynamics_internal {
 
@@ -46,17 +45,6 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 /// Infinite where e <= room: with c <= 2 e the dip is at most e, and with a larger c the end is
 /// nearest.
 Scalar closing_at_dip(Scalar room, Scalar error);
-
-/// The contact of a hit, moved back with its bodies to earlier poses: the normal moves with its
-/// face, the point on a rounded core with the core.
-ContactPoint point_of_hit(const ToiResult& hit, const BodyRecord& a, const RigidPose& X_WA,
-                          const BodyRecord& b, const RigidPose& X_WB);
-
-/// Where the impulse of a contact of a hit acts on both bodies at the earlier poses, at which its two
-/// points are not yet opposite each other: in the middle of the gap, and opposite the point that
-/// slides over the other body's face, or the vertex. A ball would else be turned by a push along its
-/// normal.
-Vector3 acting_point(const ContactPoint& hit);
 
 /// Whether the surfaces may bring another facet than the contact's to it within a short way: a
 /// contact that stands for its neighbours, or that of a ball on a mesh.

@@ -11,6 +11,7 @@
 
 #include "core/tolerance.h"
 #include "dynamics/step/corner_passage.h"
+#include "dynamics/step/hit_contacts.h"
 #include "dynamics/step/island.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
@@ -513,6 +514,8 @@ constexpr int kMostAttempts = 8;
 constexpr int kMostSpinSweeps = 4;
 // Attempts that begin with what hits have found before. After that they may contradict each other.
 constexpr int kHitAttempts = 3;
+// How far contacts beside a hit are from touching at its time, in rest offsets.
+constexpr Scalar kHitReach = 2;
 // A round has brought nothing if it leaves this part of the residual of the one before.
 constexpr Scalar kNoProgress = 0.9;
 // Infeasible substeps that only use the room that is left, in one step. By then it is so at more
@@ -746,9 +749,16 @@ bool Substep::answer_hits() {
     const auto& result = certificates[i].result;
     if (certificates[i].proof || result->status != ToiStatus::Impact) continue;
     const RunPair& hit = run_.pairs()[i];
-    const RigidPose X_WA = poses_.start_of(run_, hit.member_a, *hit.a);
-    const RigidPose X_WB = poses_.start_of(run_, hit.member_b, *hit.b);
-    substep_.add_hit(i, point_of_hit(*result, *hit.a, X_WA, *hit.b, X_WB), tau_);
+    const HitPair bodies{*hit.a, poses_.start_of(run_, hit.member_a, *hit.a), *hit.b,
+                         poses_.start_of(run_, hit.member_b, *hit.b)};
+    const PairLengths& lengths = hit.state->lengths;
+    const Scalar reach = lengths.rest_gap() + kHitReach * lengths.rest_offset;
+    const std::vector<ContactPoint> points =
+        contacts_of_hit(*result, bodies, reach, run_.workspace().contacts);
+    const Scalar push = substep_.add_hit(i, points.front(), tau_);
+    for (std::size_t k = 1; k < points.size(); ++k) {
+      substep_.add_beside_hit(i, points[k], tau_, push);
+    }
   }
   return true;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
+#include "dynamics/step/hit_contacts.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/redundant_rows.h"
 #include "dynamics/step/self_stress.h"
@@ -262,10 +263,20 @@ SubstepContact* SubstepProblem::known_at(std::size_t pair, const ContactPoint& p
   return known;
 }
 
-void SubstepProblem::add_hit(std::size_t pair, const ContactPoint& point, Scalar tau) {
+Scalar SubstepProblem::add_hit(std::size_t pair, const ContactPoint& point, Scalar tau) {
   if (SubstepContact* known = known_at(pair, point, tau)) {
     const Scalar rest_offset = run_.pairs()[pair].state->lengths.rest_offset;
     known->push += kHitPush * rest_offset * std::exp2(std::min(known->hits++, 4));
+    return known->push;
+  }
+  add_beside_hit(pair, point, tau, 0);
+  return 0;
+}
+
+void SubstepProblem::add_beside_hit(std::size_t pair, const ContactPoint& point, Scalar tau,
+                                    Scalar push) {
+  if (SubstepContact* known = known_at(pair, point, tau)) {
+    known->push = std::max(known->push, push);
     return;
   }
   SubstepContact entry;

@@ -64,7 +64,10 @@ class SubstepProblem {
   }
   void add(const SubstepContact& contact);
   /// A contact where a move of length tau was hit; one that is known there is pushed harder.
-  void add_hit(std::size_t pair, const ContactPoint& point, Scalar tau);
+  /// Returns by how much more than its gap.
+  Scalar add_hit(std::size_t pair, const ContactPoint& point, Scalar tau);
+  /// A contact beside a hit: one that is known there is pushed at least as hard.
+  void add_beside_hit(std::size_t pair, const ContactPoint& point, Scalar tau, Scalar push);
   /// Adds the rows of all joints at now; motors have their strength over tau. Of joints in a loop
   /// that do not fit together, those rows get no impulse that contradict others.
   void take_joints(Scalar tau);
