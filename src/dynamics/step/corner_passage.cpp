@@ -12,7 +12,7 @@ namespace dyop::dynamics_internal {
 namespace {
 
 // A direction may rise above a surface that it leaves by this sine: the seam of two tiles.
-constexpr Scalar kLeavingSine = 1e-6;
+constexpr Scalar kLeavingSine = 1e-6;  // literal: a sine
 
 /// A vertex or an edge of a surface, at one pose.
 struct Corner {

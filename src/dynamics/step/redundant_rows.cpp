@@ -16,10 +16,10 @@ namespace {
 // misfit itself makes rows differ by about one. Larger: mechanisms near a dead centre lose rows.
 constexpr Scalar kMisfits = 10;
 constexpr Scalar kMostImpliedPart = 0.3;
-constexpr Scalar kLeastImpliedPart = 1e-7;
+constexpr Scalar kLeastImpliedPart = 1e-7;  // literal: of a row, above rounding
 // Joints fit together if they contradict each other by no more than this part of the radius: what
 // rounding leaves.
-constexpr Scalar kFittingPart = 1e-12;
+constexpr Scalar kFittingPart = 1e-12;  // literal: of the radius, above rounding
 // A loop's rows are compared with each other, each comparison of the length of its bodies.
 constexpr std::size_t kMostLoopRows = 400;
 
