@@ -160,74 +160,98 @@ bool is_ordinary(const RunPair& pair) {
   return pair.is_near && !pair.state->overlaps && !pair.state->uncertified_gap;
 }
 
-// Of each member the first one of those that joints connect it with.
-std::vector<std::size_t> joined_groups(IslandRun& run) {
-  std::vector<std::size_t> group(run.members().size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  for (bool has_changed = !run.joints().empty(); has_changed;) {
-    has_changed = false;
+/// The members that joints connect with each other.
+class JoinedGroups {
+ public:
+  explicit JoinedGroups(IslandRun& run) : parent_(run.members().size()) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
     for (const JointState* joint : run.joints()) {
       const auto a = run.member_at(joint->definition.a);
       const auto b = run.member_at(joint->definition.b);
-      if (!a || !b || group[*a] == group[*b]) continue;
-      group[*a] = group[*b] = std::min(group[*a], group[*b]);
-      has_changed = true;
+      if (!a || !b || of(*a) == of(*b)) continue;
+      has_any_ = true;
+      parent_[of(*a)] = of(*b);
     }
   }
-  return group;
-}
+  bool has_any() const { return has_any_; }
+  std::size_t of(std::size_t member) {
+    while (parent_[member] != member) {
+      parent_[member] = parent_[parent_[member]];
+      member = parent_[member];
+    }
+    return member;
+  }
+  std::vector<std::size_t> sizes() {
+    std::vector<std::size_t> sizes(parent_.size(), 0);
+    for (std::size_t i = 0; i < parent_.size(); ++i) ++sizes[of(i)];
+    return sizes;
+  }
 
-// What joints with bodies that cannot be moved leave of a member's motions.
-std::vector<MotionHold> holds_of(IslandRun& run, std::size_t member) {
-  std::vector<MotionHold> holds;
+ private:
+  std::vector<std::size_t> parent_;
+  bool has_any_ = false;
+};
+
+// Adds what joints with bodies that cannot be moved leave of the members' motions.
+void add_holds(IslandRun& run, std::vector<Surroundings>& fixed) {
   for (const JointState* joint : run.joints()) {
     const auto a = run.member_at(joint->definition.a);
     const auto b = run.member_at(joint->definition.b);
-    if ((a && b) || (a ? *a : *b) != member) continue;
+    if (a && b) continue;
+    Surroundings& around = fixed[a ? *a : *b];
+    if (around.pairs.empty()) continue;
     const JointPlaces places = joint_places(run, *joint);
     const Vector3 center = a ? places[0].center_a_W : places[0].center_b_W;
     for (const JointEquation& equation : joint_equations(*joint, places, 1)) {
       if (equation.kind != JointEquation::Kind::Equality) continue;
       const Vector3& j_v = a ? equation.row.j_av_W : equation.row.j_bv_W;
       const Vector3& j_w = a ? equation.row.j_aw_W : equation.row.j_bw_W;
-      holds.push_back({j_v, j_w + center.cross(j_v)});
+      around.holds.push_back({j_v, j_w + center.cross(j_v)});
     }
   }
-  return holds;
+}
+
+// The pairs of bodies of which one is joined to others: each body with the group around it.
+void fit_joined(std::span<const RunPair* const> pairs, JoinedGroups& groups) {
+  std::map<std::pair<std::size_t, std::size_t>, Surroundings> joined;
+  const std::vector<std::size_t> sizes = groups.sizes();
+  for (const RunPair* pair : pairs) {
+    const std::size_t a = *pair->member_a;
+    const std::size_t b = *pair->member_b;
+    const bool meets_a = groups.of(a) != groups.of(b) && sizes[groups.of(a)] > 1;
+    const bool meets_b = groups.of(a) != groups.of(b) && sizes[groups.of(b)] > 1;
+    if (meets_a) joined[{b, groups.of(a)}].add(*pair, false);
+    if (meets_b) joined[{a, groups.of(b)}].add(*pair, true);
+    if (meets_a || meets_b) continue;
+    Surroundings alone;
+    alone.add(*pair, false);
+    alone.fit();
+  }
+  for (auto& [body, around] : joined) around.fit();
 }
 
 }  // namespace
 
 void fit_rest_offsets(IslandRun& run) {
-  const std::vector<std::size_t> group = joined_groups(run);
+  JoinedGroups groups(run);
   std::vector<Surroundings> fixed(run.members().size());
-  std::map<std::pair<std::size_t, std::size_t>, Surroundings>
-      joined;  // by body and group around it
-  const auto are_joined = [&](std::size_t member) {
-    return std::count(group.begin(), group.end(), group[member]) > 1;
-  };
+  std::vector<const RunPair*> joined;
   for (const RunPair& pair : run.pairs()) {
     if (!is_ordinary(pair)) continue;
     if (!pair.member_a || !pair.member_b) {
       fixed[pair.member_a ? *pair.member_a : *pair.member_b].add(pair, pair.member_a.has_value());
-      continue;
+    } else if (groups.has_any()) {
+      joined.push_back(&pair);
+    } else {
+      Surroundings alone;
+      alone.add(pair, false);
+      alone.fit();
     }
-    const std::size_t a = *pair.member_a;
-    const std::size_t b = *pair.member_b;
-    const bool meets_a = !run.joints().empty() && group[a] != group[b] && are_joined(a);
-    const bool meets_b = !run.joints().empty() && group[a] != group[b] && are_joined(b);
-    if (meets_a) joined[{b, group[a]}].add(pair, false);
-    if (meets_b) joined[{a, group[b]}].add(pair, true);
-    if (meets_a || meets_b) continue;
-    Surroundings alone;
-    alone.add(pair, false);
-    alone.fit();
   }
-  for (auto& [body, around] : joined) around.fit();
-  for (std::size_t i = 0; i < fixed.size(); ++i) {
-    if (fixed[i].pairs.empty()) continue;
-    fixed[i].holds = holds_of(run, i);
-    fixed[i].fit();
+  if (!joined.empty()) fit_joined(joined, groups);
+  add_holds(run, fixed);
+  for (const Surroundings& around : fixed) {
+    if (!around.pairs.empty()) around.fit();
   }
 }
 

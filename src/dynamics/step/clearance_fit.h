@@ -31,11 +31,11 @@ DYOP_EXPORT bool can_meet(std::span<const GapDemand> demands,
                           std::span<const MotionHold> holds = {});
 
 /// Chooses the rest offset of each pair of the island that is in contact. It is the usual one unless
-/// a body has too little room within another body or bodies that joints connect, or between those
-/// around it that it cannot move, like a pin in a close hole, a drawer in its slot, or a carriage on
-/// a rail close above a floor. Contacts on both sides would then ask for rest gaps that
-/// contradict each other, and hold the body still. There the rest offset is halved until it is at
-/// most half of the room beyond the target distance.
+/// a body has too little room within another body, within bodies that joints connect, or between
+/// those that it cannot move: a pin in a close hole, a drawer in its slot, a carriage on a rail close
+/// above a floor. Contacts on both sides would then ask for rest gaps that contradict each other, and
+/// hold the body still. There the rest offset is halved until it is at most half of the room beyond
+/// the target distance.
 void fit_rest_offsets(IslandRun& run);
 
 }  // namespace dyop::dynamics_internal

@@ -10,8 +10,8 @@
 
 namespace dyop::dynamics_internal {
 
-/// Cosine of 15 degrees: shapes whose normal turns farther in a substep pass each other. What rests
-/// edge on edge turns it by less.
+/// Cosine of 15 degrees: shapes whose normal turns farther in a substep pass each other. Bodies that
+/// rest edge on edge turn it by less.
 inline constexpr Scalar kPassingCosine = 0.966;
 
 /// How near two corners, vertices or edges, come to each other while they pass: the leading edge of
@@ -22,8 +22,8 @@ inline constexpr Scalar kPassingCosine = 0.966;
 /// The gap is that of the two features while the line between them leaves both shapes, and that of
 /// the faces beside them after that.
 /// @return The least gap on the straight way from the poses at the start to those at the end; none
-///         if the line turns by less than kPassingCosine, if the corners meet, or if the
-///         contact is not of two corners.
+///         if the line turns by less than 15 degrees, if the corners meet, or if the contact is not
+///         of two corners.
 DYOP_EXPORT std::optional<Scalar> passing_gap(const ContactPoint& point,
                                               const contact_internal::MovedPieces& pieces);
 

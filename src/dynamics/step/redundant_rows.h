@@ -24,11 +24,11 @@ struct HeldRow {
 /// is off the axis of the first by a rounded decimal, no motion closes both, and the rows together
 /// hold the door, or drive it at any speed.
 ///
-/// Finds the rows of such loops that the rows before them imply, up to kMisfits times the misfit, if
-/// what they ask for contradicts those: they are to be left out, and stay open by their misfit.
-/// Loops that fit together keep all their rows.
+/// Finds the rows of such loops that the rows before them imply, up to a few misfits, if what they
+/// ask for contradicts those: they are to be left out, and stay open by their misfit. Loops that fit
+/// together keep all their rows.
 /// @param bodies Those from `movable` on cannot be moved.
-/// @return Numbers of rows, ascending. Loops of more than kMostLoopRows rows are not looked at.
+/// @return Numbers of rows, ascending. Loops of more than 400 rows are not looked at.
 DYOP_EXPORT std::vector<std::size_t> find_contradicting_rows(std::span<const HeldRow> rows,
                                                              std::span<const ContactBody> bodies,
                                                              std::size_t movable);
