@@ -765,8 +765,8 @@ bool Substep::answer_hits() {
 
 // The velocity that moved the bodies, minus what only recovered their gaps.
 void Substep::store_velocities() {
-  // How contacts and joints bend while bodies are pushed apart or together is a matter of that push, and would
-  // turn it into energy.
+  // How contacts and joints bend while bodies are pushed apart or together is a matter of that push,
+  // and would turn it into energy.
   const bool prevails = joint_recovery_prevails(substep_, tau_);
   if (prevails) tension_->relax(free_L_W_);
   const bool bends = !pushes_apart(run_) && !prevails;
