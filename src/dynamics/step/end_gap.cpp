@@ -153,11 +153,23 @@ Scalar least_on_way(const contact_internal::MovedPieces& pieces, const DistanceR
   return least;
 }
 
-// Of two convex shapes, whose other corners may come nearer than those that pass; none of others.
-std::optional<Scalar> least_of_convex(const contact_internal::MovedPieces& pieces) {
-  if (pieces.a.kind() != ShapeKind::Convex || pieces.b.kind() != ShapeKind::Convex) return {};
+// Meshes of more triangles are not asked for their distance by each contact.
+constexpr std::size_t kSmallMesh = 500;
+
+bool has_few_corners(const Shape& shape) {
+  if (shape.kind() != ShapeKind::TriangleMesh) return true;
+  return static_cast<const TriangleMesh&>(shape).triangles().size() <= kSmallMesh;
+}
+
+// The least gap of two corners that pass each other, if no other corners of their shapes come
+// nearer: else theirs. None for large meshes, of which other corners mostly do.
+std::optional<Scalar> least_passing_gap(const ContactPoint& point,
+                                        const contact_internal::MovedPieces& pieces) {
+  if (!has_few_corners(pieces.a) || !has_few_corners(pieces.b)) return std::nullopt;
+  const std::optional<Scalar> passed = passing_gap(point, pieces);
+  if (!passed) return std::nullopt;
   const DistanceResult last = distance(pieces.a, pieces.X_WA_end, pieces.b, pieces.X_WB_end);
-  return last.lower > 0 ? least_on_way(pieces, last) : 0;
+  return last.lower > 0 ? std::min(*passed, least_on_way(pieces, last)) : Scalar{0};
 }
 
 // Two convex shapes, one of them smooth: their one contact slides over the surfaces, and a distance
@@ -230,9 +242,8 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
     end.may_overstate =
         point.feature_a.kind == FeatureKind::Edge && point.feature_b.kind == FeatureKind::Edge;
   }
-  if (const auto passed = passing_gap(point, pieces)) {
-    const std::optional<Scalar> least = least_of_convex(pieces);
-    end.gap = std::min(*passed, least.value_or(*passed));
+  if (const auto passed = least_passing_gap(point, pieces)) {
+    end.gap = *passed;
     end.passes = true;
     end.may_overstate = false;
   } else if (has_smooth && end.gap < kPassingPart * point.gap && !is_on_face(point)) {
