@@ -98,7 +98,7 @@ Vector3 acting_point(const ContactPoint& hit) {
   const FeatureKind b = hit.feature_b.kind;
   const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
   const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
-  if (is_of_a == is_of_b) return between(hit.p_WCa, hit.p_WCb);
+  if (is_of_a == is_of_b) return (hit.p_WCa + hit.p_WCb) / 2;
   return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
 }
 
