@@ -9,7 +9,6 @@
 #include "contact/generation/flat_contacts.h"
 #include "contact/generation/placed_contacts.h"
 #include "core/tolerance.h"
-#include "dynamics/step/corner_passage.h"
 #include "dyop/distance/distance.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/convex_shape.h"
@@ -126,6 +125,153 @@ std::optional<EndGap> crossing_end_gap(const ContactPoint& point, const Shape& a
   const Scalar t = apart.cross(u).dot(after) / after.squaredNorm();
   return EndGap{n.dot(apart), between(p_a + s * u, p_b + t * v)};
 }
+
+}  // namespace
+
+// Corners.
+
+namespace {
+
+// Cosine of 15 degrees: shapes whose normal turns farther in a substep pass each other. Bodies that
+// rest edge on edge turn it by less.
+constexpr Scalar kPassingCosine = 0.966;
+
+// A direction may rise above a surface that it leaves by this sine: the seam of two tiles.
+constexpr Scalar kLeavingSine = 1e-6;  // literal: a sine
+
+/// A vertex or an edge of a surface, at one pose.
+struct Corner {
+  const TriangleMesh* mesh = nullptr;
+  Feature feature;
+  Scalar radius = 0;  // of the ball that rounds it
+};
+
+std::optional<Corner> corner_of(const Shape& shape, const Feature& feature) {
+  if (feature.kind != FeatureKind::Vertex && feature.kind != FeatureKind::Edge) return std::nullopt;
+  const TriangleMesh* surface = surface_of(shape);
+  if (!surface) return std::nullopt;
+  return Corner{surface, feature, rounding_radius(shape)};
+}
+
+// Calls visit(triangle) for each triangle at the corner.
+template <typename Visit>
+void for_each_face(const Corner& corner, const Visit& visit) {
+  const std::int32_t first = corner.feature.vertices[0];
+  for (const std::int32_t side : corner.mesh->topology().corners_of_vertex(first)) {
+    const TriangleIndices& t = corner.mesh->triangles()[std::size_t(side / 3)];
+    const bool is_beside = corner.feature.kind == FeatureKind::Vertex ||
+                           std::find(t.begin(), t.end(), corner.feature.vertices[1]) != t.end();
+    if (is_beside) visit(corner.mesh->triangle(side / 3));
+  }
+}
+
+// Whether no face of the corner rises along a direction of its frame.
+bool leaves(const Corner& corner, const Vector3& direction) {
+  const Vector3& p = corner.mesh->vertices()[std::size_t(corner.feature.vertices[0])];
+  bool is_clear = true;
+  for_each_face(corner, [&](const Triangle& face) {
+    for (const Vector3& vertex : face) {
+      const Vector3 ray = vertex - p;
+      is_clear = is_clear && direction.dot(ray) <= kLeavingSine * ray.norm();
+    }
+  });
+  return is_clear;
+}
+
+// How far a point is above the highest of the corner's faces, `apart` from it in its frame. The outer
+// side of an open surface is the one on which the bodies began.
+Scalar height_above_faces(const Corner& corner, const Vector3& apart, const Vector3& first) {
+  Scalar height = -kInfinity;
+  for_each_face(corner, [&](const Triangle& face) {
+    const Vector3 normal = (face[1] - face[0]).cross(face[2] - face[0]);
+    const Scalar length = normal.norm();
+    if (!(length > 0)) return;
+    const bool is_turned = !corner.mesh->is_closed() && normal.dot(first) < 0;
+    height = std::max(height, (is_turned ? -1 : 1) * normal.dot(apart) / length);
+  });
+  return height;
+}
+
+// Direction of an edge in its shape's frame; zero for a vertex.
+Vector3 edge_of(const Corner& corner) {
+  if (corner.feature.kind != FeatureKind::Edge) return Vector3::Zero();
+  const auto vertices = corner.mesh->vertices();
+  return (vertices[std::size_t(corner.feature.vertices[1])] -
+          vertices[std::size_t(corner.feature.vertices[0])])
+      .normalized();
+}
+
+// Not the core of a ball or of a capsule.
+bool has_faces(const Corner& corner) {
+  bool has = false;
+  for_each_face(corner, [&](const Triangle&) { has = true; });
+  return has;
+}
+
+/// Two corners that move straight on, the vector from A's to B's across their edges.
+struct CornerWay {
+  Corner a;
+  Corner b;
+  Vector3 first = Vector3::Zero();
+  Vector3 nearest = Vector3::Zero();
+  Vector3 last = Vector3::Zero();
+
+  Scalar gap(Scalar separation) const { return separation - a.radius - b.radius; }
+};
+
+std::optional<CornerWay> corner_way(const ContactPoint& point,
+                                    const contact_internal::MovedPieces& pieces) {
+  const auto a = corner_of(pieces.a, point.feature_a);
+  const auto b = corner_of(pieces.b, point.feature_b);
+  if (!a || !b) return std::nullopt;
+  const Vector3 edge_a_W = pieces.X_WA_end.rotation() * edge_of(*a);
+  const Vector3 edge_b_W = pieces.X_WB_end.rotation() * edge_of(*b);
+  const Vector3& along_W = edge_a_W.isZero(0) ? edge_b_W : edge_a_W;
+  const auto across = [&](const Vector3& x) { return Vector3(x - along_W * along_W.dot(x)); };
+  const Vector3& n = point.nhat_AB_W;
+  const Vector3 core_a = point.p_ACa - a->radius * (pieces.X_WA.rotation().transpose() * n);
+  const Vector3 core_b = point.p_BCb + b->radius * (pieces.X_WB.rotation().transpose() * n);
+  CornerWay way{*a, *b};
+  way.first = across(pieces.X_WB * core_b - pieces.X_WA * core_a);
+  way.last = across(pieces.X_WB_end * core_b - pieces.X_WA_end * core_a);
+  const Vector3 step = way.last - way.first;
+  const Scalar length_sq = step.squaredNorm();
+  const Scalar s = length_sq > 0 ? -way.first.dot(step) / length_sq : 0;
+  way.nearest = way.first + std::clamp(s, Scalar{0}, Scalar{1}) * step;
+  return way;
+}
+
+}  // namespace
+
+std::optional<Scalar> least_corner_gap(const ContactPoint& point,
+                                       const contact_internal::MovedPieces& pieces) {
+  const auto way = corner_way(point, pieces);
+  if (!way || (!has_faces(way->a) && !has_faces(way->b))) return std::nullopt;
+  return way->gap(way->nearest.norm());
+}
+
+std::optional<Scalar> passing_gap(const ContactPoint& point,
+                                  const contact_internal::MovedPieces& pieces) {
+  const auto way = corner_way(point, pieces);
+  if (!way) return std::nullopt;
+  const Scalar lengths = way->first.norm() * way->last.norm();
+  if (!(way->first.dot(way->last) < kPassingCosine * lengths)) return std::nullopt;
+  const Matrix3 R_AW = pieces.X_WA_end.rotation().transpose();
+  const Matrix3 R_BW = pieces.X_WB_end.rotation().transpose();
+  const auto separation = [&](const Vector3& apart) {
+    const Vector3 from_a = R_AW * apart;
+    const Vector3 from_b = R_BW * -apart;
+    if (leaves(way->a, from_a.normalized()) && leaves(way->b, from_b.normalized())) {
+      return apart.norm();
+    }
+    return std::max(height_above_faces(way->a, from_a, R_AW * way->first),
+                    height_above_faces(way->b, from_b, R_BW * -way->first));
+  };
+  const Scalar gap = way->gap(std::min(separation(way->nearest), separation(way->last)));
+  return gap > 0 ? std::optional(gap) : std::nullopt;
+}
+
+namespace {
 
 // The least distance of two convex shapes on a straight way that ends in `last`, which is a convex
 // function of the way, within a few halvings of the part that holds it.
@@ -255,6 +401,90 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 
 Scalar closing_at_dip(Scalar room, Scalar error) {
   return error > 0 && room < error ? 2 * std::sqrt(error * std::max(room, Scalar{0})) : kInfinity;
+}
+
+// Hits.
+
+namespace {
+
+// Cosine of the angle up to which contacts face the same way as the hit.
+constexpr Scalar kSameWay = 0.99;
+
+const Shape& part_of(const BodyRecord& body, const FeatureKey& key) {
+  return shape_part(*body.definition.shape, key.piece);
+}
+
+// Moves a contact at the poses of the hit back. A ball or a cylinder that spins does not take the
+// point where it is hit with it.
+void carry_back(const ToiResult& hit, const HitPair& pair, ContactPoint& point) {
+  const Vector3 nhat_hit = point.nhat_AB_W;
+  const RigidPose& X_WS = point.normal_is_of_b ? pair.X_WB : pair.X_WA;
+  point.nhat_AB_W = (X_WS.rotation() * point.nhat_AB_S).normalized();
+  const auto carried = [&](const Vector3& p_W, const BodyRecord& body, const FeatureKey& key,
+                           Scalar sign, const RigidPose& X_hit, const RigidPose& X_W) -> Vector3 {
+    const Shape& part = part_of(body, key);
+    if (is_smooth_core(part)) {
+      const Vector3& center = body.definition.mass_properties.p_BoBcm;
+      return p_W + (X_W * center - X_hit * center);
+    }
+    const Scalar radius = sign * rounding_radius(part);
+    const Vector3 core = X_hit.inverse() * Vector3(p_W + radius * nhat_hit);
+    return X_W * core - radius * point.nhat_AB_W;
+  };
+  point.p_WCa = carried(point.p_WCa, pair.a, point.key.a, -1, hit.X_WA, pair.X_WA);
+  point.p_WCb = carried(point.p_WCb, pair.b, point.key.b, 1, hit.X_WB, pair.X_WB);
+  point.p_ACa = pair.X_WA.inverse() * point.p_WCa;
+  point.p_BCb = pair.X_WB.inverse() * point.p_WCb;
+  point.gap = point.nhat_AB_W.dot(point.p_WCb - point.p_WCa);
+}
+
+ContactPoint point_of_hit(const ToiResult& hit) {
+  const ImpactContact& found = *hit.contact;
+  ContactPoint point;
+  point.key.a.piece = found.child_a.value_or(0);
+  point.key.b.piece = found.child_b.value_or(0);
+  point.feature_a = found.feature_a;
+  point.feature_b = found.feature_b;
+  point.p_WCa = found.p_WCa;
+  point.p_WCb = found.p_WCb;
+  point.nhat_AB_W = found.nhat_AB_W;
+  point.normal_is_of_b = found.feature_b.kind == FeatureKind::Face;
+  const RigidPose& X_WS = point.normal_is_of_b ? hit.X_WB : hit.X_WA;
+  point.nhat_AB_S = X_WS.rotation().transpose() * found.nhat_AB_W;
+  return point;
+}
+
+}  // namespace
+
+std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& pair, Scalar reach,
+                                          ContactWorkspace& workspace) {
+  std::vector<ContactPoint> points{point_of_hit(hit)};
+  const Shape& a = *pair.a.definition.shape;
+  const Shape& b = *pair.b.definition.shape;
+  if (a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex) {
+    std::vector<ContactPoint> beside;
+    generate_contacts(a, hit.X_WA, b, hit.X_WB, reach, {}, workspace, beside);
+    std::erase_if(beside, [&](const ContactPoint& point) {
+      return !(point.nhat_AB_W.dot(hit.contact->nhat_AB_W) > kSameWay);
+    });
+    // The place of the hit on a line or a face that meets is any of it.
+    if (beside.size() > 1) {
+      reduce_contacts({}, beside);
+      points = std::move(beside);
+    }
+  }
+  for (ContactPoint& point : points) carry_back(hit, pair, point);
+  return points;
+}
+
+Vector3 acting_point(const ContactPoint& hit) {
+  const Vector3 half = hit.gap / 2 * hit.nhat_AB_W;
+  const FeatureKind a = hit.feature_a.kind;
+  const FeatureKind b = hit.feature_b.kind;
+  const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
+  const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
+  if (is_of_a == is_of_b) return between(hit.p_WCa, hit.p_WCb);
+  return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
 }
 
 // Contacts on curved surfaces.

@@ -5,12 +5,15 @@
 #include <span>
 #include <vector>
 
+#include "contact/generation/flat_contacts.h"
 #include "dynamics/body_record.h"
 #include "dynamics/pair_state.h"
 #include "dynamics/step/ledger.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
 #include "dyop/core/export.h"
+#include "dyop/core/types.h"
+#include "dyop/toi/toi_result.h"
 
 namespace dyop::dynamics_internal {
 
@@ -45,6 +48,47 @@ EndGap end_gap(const ContactPoint& point, const BodyRecord& a, const RigidPose& 
 /// Infinite where e <= room: with c <= 2 e the dip is at most e, and with a larger c the end is
 /// nearest.
 Scalar closing_at_dip(Scalar room, Scalar error);
+
+/// How near two corners, vertices or edges, come to each other while they pass: the leading edge of
+/// a box that slides over the seam between two tiles of a floor, and the next tile's edge. Their
+/// normal is the line between them, which turns with their motion; its first direction would have
+/// the box stop before the seam.
+///
+/// The gap is that of the two features while the line between them leaves both shapes, and that of
+/// the faces beside them after that.
+/// @return The least gap on the straight way from the poses at the start to those at the end; none
+///         if the line turns by less than 15 degrees, if the corners meet, or if the contact is not
+///         of two corners.
+DYOP_EXPORT std::optional<Scalar> passing_gap(const ContactPoint& point,
+                                              const contact_internal::MovedPieces& pieces);
+
+/// The least distance of the two features of a contact of corners, rounded or not, on the straight
+/// way from the poses at the start to those at the end: where a ball comes over an edge onto a face,
+/// its gap is no parabola. None if the contact is not of two corners, or if neither has faces, as
+/// of two balls.
+DYOP_EXPORT std::optional<Scalar> least_corner_gap(const ContactPoint& point,
+                                                   const contact_internal::MovedPieces& pieces);
+
+/// Two bodies at the poses from which a move was hit.
+struct HitPair {
+  const BodyRecord& a;
+  RigidPose X_WA;
+  const BodyRecord& b;
+  RigidPose X_WB;
+};
+
+/// The contacts of a hit, moved back with its bodies: normals move with their faces, points on
+/// rounded cores with the cores, those on smooth bodies with the centres of mass. Of two convex
+/// shapes those that are nearer than `reach` at the hit and face the same way as it: a cylinder meets
+/// an edge along a line, and would be turned by a push at one place of it.
+std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& pair, Scalar reach,
+                                          ContactWorkspace& workspace);
+
+/// Where the impulse of such a contact acts on both bodies at the earlier poses, at which its two
+/// points are not yet opposite each other: in the middle of the gap, and opposite the point that
+/// slides over the other body's face, or the vertex. A ball would else be turned by a push along its
+/// normal.
+Vector3 acting_point(const ContactPoint& hit);
 
 /// Whether the surfaces may bring another facet than the contact's to it within a short way: a
 /// contact that stands for its neighbours, or that of a ball on a mesh.

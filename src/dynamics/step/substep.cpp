@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "core/tolerance.h"
-#include "dynamics/step/corner_passage.h"
-#include "dynamics/step/hit_contacts.h"
 #include "dynamics/step/island.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
@@ -346,8 +344,8 @@ class UnforcedMoves {
  public:
   UnforcedMoves(IslandRun& run, Scalar tau);
 
-  /// Where two corners would be that would meet if they closed at the rate of their start, but whose
-  /// way tells otherwise; none for other contacts.
+  /// The end of a contact of two corners that closes fast enough to meet, but will pass. None for
+  /// any other contact.
   std::optional<PredictedEnd> corner_end(const RunPair& pair, const ContactPoint& point) const;
 
  private:

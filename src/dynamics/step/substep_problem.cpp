@@ -7,9 +7,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
-#include "dynamics/step/hit_contacts.h"
 #include "dynamics/step/link_rows.h"
-#include "dynamics/step/redundant_rows.h"
 #include "dynamics/step/self_stress.h"
 
 namespace dyop::dynamics_internal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/redundant_rows.h"
+#include "dynamics/step/link_rows.h"
 
 #include <gtest/gtest.h>
 
