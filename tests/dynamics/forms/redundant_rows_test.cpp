@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "dynamics/step/link_rows.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/SVD>
@@ -8,6 +6,8 @@
 #include <cstdint>
 #include <random>
 #include <vector>
+
+#include "dynamics/step/link_rows.h"
 
 namespace dyop::dynamics_internal {
 namespace {
