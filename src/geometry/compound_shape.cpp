@@ -299,6 +299,13 @@ const TriangleMesh* PosedConvex::core_surface() const {
   return &surface_.get([&] { return surface->with_vertices(posed_vertices(*surface, X_CS_)); });
 }
 
+FlatPart PosedConvex::flat_part(const Vector3& unit_direction, Scalar sine) const {
+  FlatPart part = shape_->flat_part(X_CS_.rotation().transpose() * unit_direction, sine);
+  part.center = X_CS_ * part.center;
+  part.axis = X_CS_.rotation() * part.axis;
+  return part;
+}
+
 OrientedBox PosedConvex::box() const {
   const AlignedBox bounds = shape_->bounding_box();
   OrientedBox box;

@@ -31,6 +31,7 @@ class PosedConvex final : public ConvexShape {
   Scalar rounding_radius() const override { return shape_->rounding_radius(); }
   Vector3 core_center() const override { return X_CS_ * shape_->core_center(); }
   const TriangleMesh* core_surface() const override;
+  FlatPart flat_part(const Vector3& unit_direction, Scalar sine) const override;
   AlignedBox bounding_box() const override;
   Scalar bounding_radius() const override;
   MassProperties compute_mass_properties(Scalar density) const override;

@@ -3,6 +3,7 @@
 // Contacts on the flat parts of cylinders and cones, against the shapes' equations and distance().
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -11,6 +12,7 @@
 
 #include "dyop/contact/contact_generator.h"
 #include "dyop/distance/distance.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
@@ -123,23 +125,63 @@ TEST_P(FlatContacts, LieOnTheSurfacesAndBoundTheDistance) {
   }
 }
 
+// Along x all are at least as wide as the narrowest of the shapes.
+void expect_surrounding(const std::vector<ContactPoint>& contacts, Scalar size) {
+  ASSERT_GE(contacts.size(), 2U);
+  Vector3 low = Vector3::Constant(kInfinity);
+  Vector3 high = -low;
+  for (const ContactPoint& c : contacts) {
+    EXPECT_NEAR(std::abs(c.nhat_AB_W.z()), 1, 1e-9);
+    low = low.cwiseMin(c.p_WCa);
+    high = high.cwiseMax(c.p_WCa);
+  }
+  EXPECT_LT(low.x(), -0.39 * size);
+  EXPECT_GT(high.x(), 0.39 * size);
+}
+
 // The reaction of a body that stands at rest can be anywhere between its contacts.
 TEST_P(FlatContacts, SurroundTheMiddleOfWhatTheyShare) {
   const Scalar size = GetParam();
   for (const Facing& pair : facing_shapes(size)) {
     const RigidPose X_B = above(pair, Vector3::Zero(), Matrix3::Identity(), 1e-3 * size);
-    const auto contacts = generate_contacts(*pair.a, RigidPose(), *pair.b, X_B, 2e-3 * size);
-    ASSERT_GE(contacts.size(), 2U);
-    Vector3 low = Vector3::Constant(kInfinity);
-    Vector3 high = -low;
-    for (const ContactPoint& c : contacts) {
-      EXPECT_NEAR(std::abs(c.nhat_AB_W.z()), 1, 1e-9);
-      low = low.cwiseMin(c.p_WCa);
-      high = high.cwiseMax(c.p_WCa);
+    expect_surrounding(generate_contacts(*pair.a, RigidPose(), *pair.b, X_B, 2e-3 * size), size);
+  }
+}
+
+// A compound of one child has the contacts of the child.
+TEST_P(FlatContacts, AreTheSameOfACompound) {
+  const Scalar size = GetParam();
+  const RigidPose X_CS(size * Vector3(0.4, 0.7, -0.2));
+  const Vector3 aside = size * Vector3(0.11, 0.037, 0);  // no place is nearest by rounding alone
+  for (const Facing& pair : facing_shapes(size)) {
+    const RigidPose X_B = above(pair, aside, Matrix3::Identity(), 1e-3 * size);
+    const Scalar reach = 2e-3 * size;
+    const auto expected = generate_contacts(*pair.a, RigidPose(), *pair.b, X_B, reach);
+    const auto of_a =
+        generate_contacts(CompoundShape({{pair.a, X_CS}}), X_CS.inverse(), *pair.b, X_B, reach);
+    const auto of_b = generate_contacts(*pair.a, RigidPose(), CompoundShape({{pair.b, X_CS}}),
+                                        X_B * X_CS.inverse(), reach);
+    for (const auto& found : {of_a, of_b}) {
+      EXPECT_EQ(found.size(), expected.size());
+      for (const ContactPoint& contact : found) {
+        EXPECT_TRUE(std::any_of(expected.begin(), expected.end(), [&](const ContactPoint& other) {
+          return (contact.p_WCa - other.p_WCa).norm() < 1e-9 * size &&
+                 (contact.p_WCb - other.p_WCb).norm() < 1e-9 * size;
+        }));
+      }
     }
-    // Along x all are at least as wide as the narrowest of the shapes.
-    EXPECT_LT(low.x(), -0.39 * size);
-    EXPECT_GT(high.x(), 0.39 * size);
+  }
+}
+
+// Where a rim begins depends on the frame, so that its contacts may be others.
+TEST_P(FlatContacts, OfATurnedChildSurroundTheMiddleToo) {
+  const Scalar size = GetParam();
+  const RigidPose X_CS(rotation_from_vector(Vector3(0.3, -1, 2)), size * Vector3(0.4, 0.7, -0.2));
+  for (const Facing& pair : facing_shapes(size)) {
+    const RigidPose X_B = above(pair, Vector3::Zero(), Matrix3::Identity(), 1e-3 * size);
+    const CompoundShape b({{pair.b, X_CS}});
+    expect_surrounding(
+        generate_contacts(*pair.a, RigidPose(), b, X_B * X_CS.inverse(), 2e-3 * size), size);
   }
 }
 

@@ -454,6 +454,18 @@ ContactPoint point_of_hit(const ToiResult& hit) {
   return point;
 }
 
+// All contacts beside a hit are looked for between so many parts of compounds at most.
+constexpr std::size_t kFewParts = 16;
+
+bool has_few_convex_parts(const Shape& shape) {
+  if (shape.kind() != ShapeKind::Compound) return shape.kind() == ShapeKind::Convex;
+  const auto& parts = static_cast<const CompoundShape&>(shape).tree().parts;
+  return parts.size() <= kFewParts &&
+         std::all_of(parts.begin(), parts.end(), [](const geometry_internal::CompoundPart& part) {
+           return part.convex != nullptr;
+         });
+}
+
 }  // namespace
 
 std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& pair, Scalar reach,
@@ -461,7 +473,7 @@ std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& p
   std::vector<ContactPoint> points{point_of_hit(hit)};
   const Shape& a = *pair.a.definition.shape;
   const Shape& b = *pair.b.definition.shape;
-  if (a.kind() == ShapeKind::Convex && b.kind() == ShapeKind::Convex) {
+  if (has_few_convex_parts(a) && has_few_convex_parts(b)) {
     std::vector<ContactPoint> beside;
     generate_contacts(a, hit.X_WA, b, hit.X_WB, reach, {}, workspace, beside);
     std::erase_if(beside, [&](const ContactPoint& point) {
