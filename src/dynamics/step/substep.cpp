@@ -2,6 +2,7 @@
 #include "dynamics/step/substep.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -402,6 +403,64 @@ std::optional<PredictedEnd> UnforcedMoves::corner_end(const RunPair& pair,
   return PredictedEnd{end, linear_gap};
 }
 
+// Wrenches.
+
+namespace {
+
+// At a state of a member's centre of mass, with that angular velocity.
+Wrench wrench_at(const IslandRun& run, const IslandRun::Member& member, Scalar t,
+                 const CentralState& state, const Vector3& w_W) {
+  const MassProperties& properties = member.body->definition.mass_properties;
+  return total_wrench(*member.body, run.context().gravity_W, t,
+                      motion_state(properties, state.X_WM, state.v_W, w_W));
+}
+
+Wrench wrench_of(const IslandRun& run, const IslandRun::Member& member) {
+  const Matrix3 mobility = member.body->angular_mobility(member.state.X_WM.rotation());
+  return wrench_at(run, member, run.now(), member.state, mobility * member.state.L_W);
+}
+
+// Substeps are not cut below this part of the step because wrenches are stiff.
+constexpr Scalar kLeastStiffPart = 1. / 256;
+
+// A wrench acts at the two ends of a substep. That is stable while a substep changes no more than
+// the velocities themselves: returns tau, or less.
+Scalar resolved_by_wrench(const IslandRun& run, const IslandRun::Member& member, Scalar tau) {
+  const BodyRecord& body = *member.body;
+  const Matrix3 mobility = body.angular_mobility(member.state.X_WM.rotation());
+  const Vector3 w_W = mobility * member.state.L_W;
+  // As accelerations of the centre of mass, and of the farthest points by turning.
+  const auto accelerations = [&](const Wrench& wrench) {
+    return std::array<Vector3, 2>{body.inverse_mass * wrench.force,
+                                  body.radius * (mobility * wrench.torque)};
+  };
+  const std::array<Vector3, 2> first = accelerations(wrench_of(run, member));
+  const auto change_over = [&](Scalar duration) {
+    CentralState end = member.state;
+    end.X_WM = RigidPose(rotation_from_vector(duration * w_W) * end.X_WM.rotation(),
+                         end.X_WM.translation() + duration * end.v_W);
+    end.v_W += duration * first[0];
+    const Vector3 end_w_W = w_W + duration / body.radius * first[1];
+    const std::array<Vector3, 2> last =
+        accelerations(wrench_at(run, member, run.now() + duration, end, end_w_W));
+    return duration * ((last[0] - first[0]).norm() + (last[1] - first[1]).norm());
+  };
+  const Scalar speed = member.state.v_W.norm() + body.radius * w_W.norm();
+  const Scalar pull = first[0].norm() + first[1].norm();
+  const Scalar least = kLeastStiffPart * run.context().h;
+  while (tau > least && change_over(tau) > speed + tau * pull) tau = std::max(least, tau / 2);
+  return tau;
+}
+
+Scalar resolved_by_wrenches(IslandRun& run, Scalar tau) {
+  for (const IslandRun::Member& member : run.members()) {
+    if (member.body->definition.wrench) tau = resolved_by_wrench(run, member, tau);
+  }
+  return tau;
+}
+
+}  // namespace
+
 // The end of a substep.
 
 namespace {
@@ -433,8 +492,38 @@ void keep_impulses(IslandRun& run, const SubstepProblem& node, const std::vector
 }
 
 void add_kick(MomentumChange& change, const Wrench& wrench, Scalar tau) {
-  change.impulse_W = tau * wrench.force;
-  change.angular_impulse_W = tau * wrench.torque;
+  change.impulse_W += tau * wrench.force;
+  change.angular_impulse_W += tau * wrench.torque;
+}
+
+// Gives a member half a kick more.
+void kick(IslandRun& run, SubstepProblem& node, std::size_t i, const Wrench& wrench, Scalar tau,
+          std::vector<Vector3>& free_L_W, VelocityChange* change) {
+  ContactBody& body = node.problem().bodies[i];
+  body.free_v_W += tau / 2 * run.members()[i].body->inverse_mass * wrench.force;
+  free_L_W[i] += tau / 2 * wrench.torque;
+  body.free_w_W = body.inverse_inertia_W * free_L_W[i];
+  if (change != nullptr) add_kick(change->bodies[i], wrench, tau / 2);
+}
+
+// The first kick took the wrenches at the velocity in the middle of the substep. Replaces it by
+// that at its end, which the solve has found. Returns whether that makes a difference.
+bool correct_kicks(IslandRun& run, SubstepProblem& node, std::vector<Wrench>& wrenches, Scalar tau,
+                   std::vector<Vector3>& free_L_W, VelocityChange* change) {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < run.members().size(); ++i) {
+    const IslandRun::Member& member = run.members()[i];
+    if (!member.body->definition.wrench) continue;
+    CentralState end = member.state;
+    end.v_W = node.problem().bodies[i].v_W;
+    const Wrench wrench = wrench_at(run, member, run.now(), end, node.problem().bodies[i].w_W);
+    const Wrench difference{wrench.force - wrenches[i].force, wrench.torque - wrenches[i].torque};
+    if (difference.force.isZero(0) && difference.torque.isZero(0)) continue;
+    kick(run, node, i, difference, tau, free_L_W, change);
+    wrenches[i] = wrench;
+    has_changed = true;
+  }
+  return has_changed;
 }
 
 }  // namespace
@@ -446,19 +535,15 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   const UnforcedMoves unforced(run, tau);
   VelocityChange* change = run.begin_change(VelocityChangeKind::End, {run.now() - tau, run.now()});
   std::vector<Vector3> free_L_W;
+  std::vector<Wrench> wrenches;
   for (std::size_t i = 0; i < run.members().size(); ++i) {
     IslandRun::Member& member = run.members()[i];
-    const MotionState state =
-        motion_state(member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
-                     node.problem().bodies[i].inverse_inertia_W * member.state.L_W);
-    const Wrench wrench = total_wrench(*member.body, run.context().gravity_W, run.now(), state);
-    member.state.v_W += tau / 2 * member.body->inverse_mass * wrench.force;
-    member.state.L_W += tau / 2 * wrench.torque;
-    if (change != nullptr) add_kick(change->bodies[i], wrench, tau / 2);
-    ContactBody& body = node.problem().bodies[i];
-    body.free_v_W = member.state.v_W;
-    body.free_w_W = body.inverse_inertia_W * member.state.L_W;
+    wrenches.push_back(wrench_of(run, member));
+    node.problem().bodies[i].free_v_W = member.state.v_W;
     free_L_W.push_back(member.state.L_W);
+    kick(run, node, i, wrenches.back(), tau, free_L_W, change);
+    member.state.v_W = node.problem().bodies[i].free_v_W;
+    member.state.L_W = free_L_W.back();
   }
   node.take_contacts([&](const IslandRun::RunPair& pair, const ContactPoint& point) {
     if (pair.hit) return false;  // left to the impact law
@@ -487,6 +572,7 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
   std::vector<Vector3> moving;  // impulses of the move
   for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);
   node.solve(tau);
+  if (correct_kicks(run, node, wrenches, tau, free_L_W, change)) node.solve(tau);
   add_reactions(node);
   keep_impulses(run, node, moving, tau);
   const std::vector<Vector3> L_W = node.angular_momenta(std::move(free_L_W));
@@ -606,12 +692,7 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
       lands_(lands),
       substep_(run),
       proofs_(run, tau) {
-  for (const Member& member : run.members()) {
-    const MotionState state = motion_state(
-        member.body->definition.mass_properties, member.state.X_WM, member.state.v_W,
-        member.body->angular_mobility(member.state.X_WM.rotation()) * member.state.L_W);
-    wrenches_.push_back(total_wrench(*member.body, run.context().gravity_W, run.now(), state));
-  }
+  for (const Member& member : run.members()) wrenches_.push_back(wrench_of(run, member));
   substep_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
     // Contacts about to bounce are left to the impact law.
     if (!may_bounce_ || !(pair.restitution > 0)) return true;
@@ -884,7 +965,7 @@ AttemptResult Substep::attempt() {
 }  // namespace
 
 bool run_substep(IslandRun& run, bool may_bounce) {
-  Horizon horizon(std::min(run.remaining(), run.longest_substep));
+  Horizon horizon(resolved_by_wrenches(run, std::min(run.remaining(), run.longest_substep)));
   std::vector<SubstepContact> hits;
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     if (!(run.now() + horizon.tau() > run.now())) return false;
