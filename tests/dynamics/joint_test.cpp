@@ -336,6 +336,84 @@ TEST(Joint, SwingsAHeavyLoadOnARopeAsLagrangeSays) {
   }
 }
 
+// Balls of mass 1 in a row, each held at its distance from the one before, the first from a post; the
+// last has `load` times that mass.
+struct BallsOnRods {
+  BallsOnRods(int count, Scalar load, const Vector3& along_W, bool are_ropes)
+      : world(earth_options()) {
+    BodyDefinition post = anchor_body();
+    post.shape = std::make_shared<Sphere>(0.01);
+    BodyId last = world.add_body(post);
+    const auto ball = std::make_shared<Sphere>(0.02);
+    for (int i = 1; i <= count; ++i) {
+      BodyDefinition body = dynamic_body("ball", ball, kPitch * i * along_W);
+      masses.push_back(i == count ? load : 1);
+      const Scalar inertia = masses.back() * 0.4 * 0.02 * 0.02;
+      body.mass_properties = {masses.back(), Vector3::Zero(), inertia * Matrix3::Identity()};
+      JointDefinition joint;
+      joint.kind = JointKind::Distance;
+      joint.a = last;
+      joint.b = last = world.add_body(body);
+      joint.limits = JointLimits{are_ropes ? 0 : kPitch, kPitch};
+      joints.push_back(world.add_joint(joint));
+      balls.push_back(last);
+    }
+  }
+  Scalar energy() const {
+    Scalar sum = world.kinetic_energy();
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      sum += masses[i] * kGravity * world.state(balls[i]).X_WB.translation().z();
+    }
+    return sum;
+  }
+  static constexpr Scalar kPitch = 0.1;
+  World world;
+  std::vector<Scalar> masses;
+  std::vector<BodyId> balls;
+  std::vector<JointId> joints;
+};
+
+TEST(Joint, SwingsBallsOnRodsAtSecondOrder) {
+  const Scalar duration = 0.4;
+  const auto error = [&](int count, Scalar h) {
+    BallsOnRods row(count, 1, Vector3::UnitX(), false);
+    PlanarChain chain;
+    for (int i = 0; i < count; ++i) chain.add(row.kPitch, row.kPitch, 1, 0);
+    for (int k = 0; k < int(std::lround(duration / h)); ++k) row.world.advance(h);
+    for (int i = 0; i < 4000; ++i) chain.step(duration / 4000);
+    return (row.world.state(row.balls.back()).X_WB.translation() - chain.end()).norm();
+  };
+  for (const int count : {1, 2, 8}) {
+    const Scalar coarse = error(count, 0.005);
+    EXPECT_LT(coarse, 2e-3) << count;
+    EXPECT_LT(error(count, 0.0025), 0.3 * coarse) << count;
+  }
+}
+
+// The load pulls the light balls to and fro across the row many times a step.
+TEST(Joint, HoldsAHeavyLoadOnRodsAndRopes) {
+  for (const bool are_ropes : {false, true}) {
+    for (const Scalar load : {100., 1000., 10000.}) {
+      BallsOnRods row(20, load, -Vector3::UnitZ(), are_ropes);
+      row.world.apply_impulse(row.balls[10], Vector3(0.05, 0, 0));
+      const Scalar before = row.energy();
+      for (int k = 0; k < 100; ++k) {
+        const AdvanceReport report = row.world.advance(0.01);
+        ASSERT_EQ(report.status, AdvanceStatus::Completed);
+        ASSERT_EQ(report.work.substeps, 1);
+      }
+      // What rounding lets the load move counts more than the push.
+      EXPECT_NEAR(row.energy(), before, 2e-3 + 1e-7 * load * kGravity * row.kPitch) << load;
+      for (const BodyId ball : row.balls) {
+        EXPECT_LT(row.world.state(ball).X_WB.translation().head<2>().norm(), 0.01) << load;
+      }
+      for (const JointId joint : row.joints) {
+        EXPECT_LT(row.world.joint_values(joint).separation, 1e-7) << load;
+      }
+    }
+  }
+}
+
 // A trunk, a head, two arms and two legs of capsules; returns its mass.
 Scalar add_ragdoll(World& world, const RigidPose& X_WR) {
   const Quaternion across = rotation_between(Vector3::UnitZ(), Vector3::UnitX());

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -18,6 +19,15 @@ namespace {
 
 Scalar mobility(const ContactBody& body, const Vector3& j_v, const Vector3& j_w) {
   return j_v.dot(body.inverse_mass_W * j_v) + j_w.dot(body.inverse_inertia_W * j_w);
+}
+
+JointRow row_along(const Vector3& axis, const Vector3& arm_a, const Vector3& arm_b) {
+  JointRow row;
+  row.j_av_W = -axis;
+  row.j_aw_W = -arm_a.cross(axis);
+  row.j_bv_W = axis;
+  row.j_bw_W = arm_b.cross(axis);
+  return row;
 }
 
 // Whether half a step of a spring's or damper's force cannot turn the motion along its row round.
@@ -99,6 +109,8 @@ constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // literal: of a turn a step,
 // If joints close by so many times what the substep's turns take from them, the turns are those of
 // the recovery.
 constexpr Scalar kPrevailing = 10;
+// Smaller recoveries, in changes that repeat a solve, close what solves themselves have left.
+constexpr Scalar kLeftErrors = 10;
 
 // The largest error that a joint closes in one substep.
 Scalar recovery_of_substep(const SubstepProblem& substep, const JointState& joint) {
@@ -124,7 +136,8 @@ bool joint_recovery_prevails(const SubstepProblem& substep, Scalar tau) {
     recovery = std::max(recovery, std::abs(substep.problem().rows[i].target - physical));
     bending = std::max(bending, std::abs(physical));
   }
-  return recovery > kPrevailing * bending && tau * recovery > kErrorChange * substep.rest_offset();
+  return recovery > kPrevailing * bending &&
+         tau * recovery > kLeftErrors * kErrorChange * substep.rest_offset();
 }
 
 namespace {
@@ -502,6 +515,14 @@ Matrix3 turning_stiffness(const Vector3& arm, const Vector3& force) {
   return force.dot(arm) * Matrix3::Identity() - (outer + outer.transpose()) / 2;
 }
 
+// From A's centre of mass to where the joint's force acts on it: a Distance pulls at the origin of
+// JA, all others at that of JB.
+Vector3 arm_on_a(const JointDefinition& joint, const JointPlace& place) {
+  const bool is_distance = joint.kind == JointKind::Distance;
+  const RigidPose& X_WJ = is_distance ? place.X_WJa : place.X_WJb;
+  return X_WJ.translation() - place.center_a_W;
+}
+
 }  // namespace
 
 JointTension::JointTension(SubstepProblem& substep, Scalar tau) : substep_(substep), tau_(tau) {
@@ -509,28 +530,94 @@ JointTension::JointTension(SubstepProblem& substep, Scalar tau) : substep_(subst
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].joint->definition.kind == JointKind::Coupling) continue;
     if (joints_.empty() || joints_.back().state != rows[i].joint) {
-      const JointRow& row = substep.problem().rows[i];
-      const Vector3 arm_b_W = rows[i].equation.arm_b_W;
-      const Vector3 between = substep.center_of(row.body_b) - substep.center_of(row.body_a);
-      joints_.push_back({rows[i].joint, i, i, arm_b_W + between, arm_b_W});
+      const JointPlace place = joint_places(substep.run(), *rows[i].joint)[0];
+      joints_.push_back({rows[i].joint, i, i, arm_on_a(rows[i].joint->definition, place),
+                         rows[i].equation.arm_b_W});
     }
     joints_.back().last_row = i + 1;
+  }
+  for (Joint& joint : joints_) joint.rod = rod_of(joint);
+}
+
+// The row of a distance that is fixed, or is at its upper limit and stays there: what becomes taut
+// only in the move jerks, and would do so twice.
+std::optional<std::size_t> JointTension::rod_of(const Joint& joint) const {
+  const JointDefinition& definition = joint.state->definition;
+  if (definition.kind != JointKind::Distance) return std::nullopt;
+  const std::size_t last = joint.last_row - 1;  // of two limits the upper one
+  const JointEquation& equation = substep_.rows()[last].equation;
+  if (equation.kind == JointEquation::Kind::Equality) return last;
+  const IslandRun& run = substep_.run();
+  const auto twist_of = [&](BodyId id) {
+    return run.central_twist(run.member_at(id), run.context().body(id.slot));
+  };
+  const Twist a = twist_of(definition.a);
+  const Twist b = twist_of(definition.b);
+  const JointRow& row = equation.row;
+  const Scalar rate = row.j_av_W.dot(a.v_WB) + row.j_aw_W.dot(a.w_WB) + row.j_bv_W.dot(b.v_WB) +
+                      row.j_bw_W.dot(b.w_WB);
+  const Scalar small = substep_.rest_offset();
+  const bool is_taut = equation.value <= small && tau_ * std::abs(rate) <= small;
+  return is_taut ? std::optional(last) : std::nullopt;
+}
+
+// Whether the row is one of those that are taken in the middle of the move.
+bool JointTension::is_in_middle(const Joint& joint, std::size_t row) const {
+  return substep_.rows()[row].equation.kind == JointEquation::Kind::Equality || joint.rod == row;
+}
+
+// Mass: an impulse across the rod per velocity.
+Scalar JointTension::stiffness_across(const Joint& rod) const {
+  const JointRow& row = substep_.problem().rows[*rod.rod];
+  const JointLimits& limits = *rod.state->definition.limits;
+  // The coordinate of a limit is the length that is left.
+  const bool is_equality = substep_.rows()[*rod.rod].equation.kind == JointEquation::Kind::Equality;
+  const Scalar tension = is_equality ? -row.impulse : row.impulse;
+  return std::max(0.0, tau_ / 2 * tension / limits.max);
+}
+
+// Soft rows that have no impulse at the velocities of the last solve.
+void JointTension::set_across(Joint& rod) {
+  ContactProblem& problem = substep_.problem();
+  const JointRow along = problem.rows[*rod.rod];
+  if (!rod.first_across) {
+    rod.first_across = problem.rows.size();
+    substep_.add_soft_joint_rows(2);
+  }
+  const Scalar stiffness = stiffness_across(rod);
+  const Vector3 u = along.j_bv_W;
+  const Vector3 x = u.unitOrthogonal();
+  const std::array<Vector3, 2> axes{x, u.cross(x)};
+  for (std::size_t k = 0; k < 2; ++k) {
+    JointRow& row = problem.rows[*rod.first_across + k];
+    row = row_along(axes[k], rod.arm_a_W, rod.arm_b_W);
+    row.body_a = along.body_a;
+    row.body_b = along.body_b;
+    row.target = substep_.row_velocity(*rod.first_across + k);
+    row.compliance = stiffness > 0 ? 1 / stiffness : 0;
+    if (!(stiffness > 0)) row.lower = row.upper = 0;
   }
 }
 
 void JointTension::measure() {
   const std::size_t count = substep_.run().members().size();
+  const ContactProblem& problem = substep_.problem();
   stiffness_.assign(count, Matrix3::Zero());
   for (const Joint& joint : joints_) {
     Vector3 impulse_W = Vector3::Zero();
     for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
-      if (substep_.rows()[i].equation.kind != JointEquation::Kind::Equality) continue;
+      if (!is_in_middle(joint, i)) continue;
       const JointRow& row = substep_.problem().rows[i];
       impulse_W += row.impulse * row.j_bv_W;
     }
     const JointRow& row = substep_.problem().rows[joint.first_row];
     if (row.body_a < count) stiffness_[row.body_a] -= turning_stiffness(joint.arm_a_W, impulse_W);
     if (row.body_b < count) stiffness_[row.body_b] += turning_stiffness(joint.arm_b_W, impulse_W);
+    if (!is_stiff_ && joint.rod) {
+      const Scalar weight = problem.bodies[row.body_a].inverse_mass_W.trace() / 3 +
+                            problem.bodies[row.body_b].inverse_mass_W.trace() / 3;
+      is_stiff_ = stiffness_across(joint) * weight > kResolvedTension;
+    }
   }
   for (std::size_t i = 0; i < count; ++i) {
     const Matrix3& mobility = substep_.problem().bodies[i].inverse_inertia_W;
@@ -547,6 +634,9 @@ void JointTension::stiffen(const std::vector<Vector3>& free_L_W, const std::vect
   measure();
   if (!is_stiff_) return;
   around_W_ = w_W;
+  for (Joint& joint : joints_) {
+    if (joint.rod) set_across(joint);
+  }
   for (std::size_t i = 0; i < stiffness_.size(); ++i) {
     const LockedAxes& locked = substep_.run().members()[i].body->definition.locked;
     if (locked.rotation[0] || locked.rotation[1] || locked.rotation[2]) continue;
@@ -565,6 +655,13 @@ void JointTension::relax(const std::vector<Vector3>& free_L_W) {
     substep_.set_mobility(i, substep_.run().members()[i].state.X_WM.rotation());
     ContactBody& body = substep_.problem().bodies[i];
     body.free_w_W = body.inverse_inertia_W * free_L_W[i];
+  }
+  for (const Joint& joint : joints_) {
+    if (!joint.first_across) continue;
+    for (std::size_t k = 0; k < 2; ++k) {
+      JointRow& row = substep_.problem().rows[*joint.first_across + k];
+      row.lower = row.upper = 0;
+    }
   }
 }
 
@@ -594,15 +691,15 @@ void JointTension::take_middle_rows(Joint& joint) {
   const JointPlaces places = places_of(run, *joint.state, pose, turn);
   const std::vector<JointEquation> equations =
       joint_equations(*joint.state, places, std::min(a.radius, b.radius));
-  const Vector3 p_W = places[0].X_WJb.translation();
-  joint.arm_a_W = p_W - places[0].center_a_W;
-  joint.arm_b_W = p_W - places[0].center_b_W;
+  joint.arm_a_W = arm_on_a(joint.state->definition, places[0]);
+  joint.arm_b_W = places[0].X_WJb.translation() - places[0].center_b_W;
   for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
     SubstepRow& entry = substep_.rows()[i];
-    if (entry.equation.kind != JointEquation::Kind::Equality) continue;
+    if (!is_in_middle(joint, i)) continue;
     const JointEquation& there = equations[entry.index];
     entry.equation.arm_b_W = there.arm_b_W;
     JointRow& row = substep_.problem().rows[i];
+    joint.has_turned = joint.rod && (there.row.j_bv_W - row.j_bv_W).norm() > kTensionTurn;
     row.j_av_W = there.row.j_av_W;
     row.j_aw_W = there.row.j_aw_W;
     row.j_bv_W = there.row.j_bv_W;
@@ -616,6 +713,9 @@ bool JointTension::follow() {
   if (!is_stiff_) return false;
   for (Joint& joint : joints_) take_middle_rows(joint);
   if (around_W_.empty()) return true;
+  for (const Joint& joint : joints_) {
+    if (joint.has_turned) return true;
+  }
   for (std::size_t i = 0; i < around_W_.size(); ++i) {
     const Vector3 change = substep_.problem().bodies[i].w_W - around_W_[i];
     if (!stiffness_[i].isZero(0) && tau_ * change.norm() > kTensionTurn) return true;
@@ -631,7 +731,7 @@ void JointTension::keep_ends(bool is_cut) const {
     state.half_turn_b_W.setZero();
     if (!is_stiff_ || is_cut) continue;
     for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
-      if (substep_.rows()[i].equation.kind != JointEquation::Kind::Equality) continue;
+      if (!is_in_middle(joint, i)) continue;
       const JointRow& row = substep_.problem().rows[i];
       state.half_impulse_W += row.impulse * row.j_bv_W;
       state.half_turn_a_W += row.impulse * row.j_aw_W;
@@ -705,15 +805,6 @@ Law law_along(Eigen::Index k, const SpringState& spring, Scalar middle_length) {
   const Scalar share =
       middle_length > 0 ? std::max(0.0, 1 - spring.rest_length() / middle_length) : 0;
   return {share * definition.stiffness, 0, 0};
-}
-
-JointRow row_along(const Vector3& axis, const Vector3& arm_a, const Vector3& arm_b) {
-  JointRow row;
-  row.j_av_W = -axis;
-  row.j_aw_W = -arm_a.cross(axis);
-  row.j_bv_W = axis;
-  row.j_bw_W = arm_b.cross(axis);
-  return row;
 }
 
 }  // namespace

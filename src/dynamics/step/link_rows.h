@@ -86,7 +86,8 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends);
 /// act along those at its start and its end, which keeps energy better.
 ///
 /// A force F at the arm r from the centre of mass resists turns by K = F . r - (r F^T + F r^T) / 2;
-/// with K tau / 2 added to the inertia a repeated solve is a Newton step. [Tournier2015]
+/// with K tau / 2 added to the inertia a repeated solve is a Newton step. A rod of length l under
+/// tension F, or a taut rope, resists motions of its ends across it by F / l, as two soft rows. [Tournier2015]
 class JointTension {
  public:
   /// After the rows of joints have been taken.
@@ -94,7 +95,7 @@ class JointTension {
 
   /// Adds the stiffness of the joints' present impulses to the members' inertia, whose mobilities
   /// and free velocities have been set, given their angular momenta and the angular velocities
-  /// around which to solve, by member.
+  /// around which to solve, by member; rods around the velocities of the last solve.
   void stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W);
   /// Takes the stiffness away again: the last solve's impulses were those of a recovery.
   void relax(const std::vector<Vector3>& free_L_W);
@@ -111,7 +112,14 @@ class JointTension {
     std::size_t last_row = 0;
     Vector3 arm_a_W;
     Vector3 arm_b_W;
+    std::optional<std::size_t> rod{};           // the row of a rod, or of a rope that stays taut
+    std::optional<std::size_t> first_across{};  // of a rod's two soft rows
+    bool has_turned = false;                    // a rod, since the last solve's linearisation
   };
+  std::optional<std::size_t> rod_of(const Joint& joint) const;
+  bool is_in_middle(const Joint& joint, std::size_t row) const;
+  Scalar stiffness_across(const Joint& rod) const;
+  void set_across(Joint& rod);
   void measure();
   void take_middle_rows(Joint& joint);
   RigidPose middle_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;

@@ -727,8 +727,12 @@ void Substep::set_free_velocities() {
     }
     substep_.set_mobility(i, R_mid);
     body.free_w_W = body.inverse_inertia_W * L;
+    if (is_first) {
+      body.v_W = body.free_v_W;
+      body.w_W = body.free_w_W;
+    }
     free_L_W_.push_back(L);
-    around_w_W.push_back(is_first ? body.free_w_W : body.w_W);
+    around_w_W.push_back(body.w_W);
   }
   tension_->stiffen(free_L_W_, around_w_W);
   substep_.set_supports(tau_);

@@ -525,7 +525,16 @@ BodyId SubstepProblem::id_of(std::size_t body) const {
   throw InternalError("an impulse on a body outside its island");
 }
 
-// After the rows of joints come those of springs.
+void SubstepProblem::add_soft_joint_rows(std::size_t count) {
+  first_soft_row_ = std::min(first_soft_row_, problem_.rows.size());
+  problem_.rows.resize(problem_.rows.size() + count);
+}
+
+// After the rows of joints come those of springs, and then the soft ones of joints.
+bool SubstepProblem::is_of_joint(std::size_t row) const {
+  return row < rows_.size() || row >= first_soft_row_;
+}
+
 void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
   for (const PointContact& row : problem_.contacts) {
     const BodyId a = id_of(row.body_a);
@@ -541,8 +550,9 @@ void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
   }
   for (std::size_t i = 0; i < problem_.rows.size(); ++i) {
     const JointRow& row = problem_.rows[i];
-    const bool is_joint = i < rows_.size();
-    const bool is_whole = is_joint && rows_[i].equation.kind != JointEquation::Kind::Drive;
+    const bool is_joint = is_of_joint(i);
+    const bool is_drive = i < rows_.size() && rows_[i].equation.kind == JointEquation::Kind::Drive;
+    const bool is_whole = is_joint && !is_drive;
     const Scalar impulse = is_whole ? row.impulse : share * row.impulse;
     if (impulse == 0) continue;
     change.links.push_back({is_joint ? LinkImpulse::Kind::Joint : LinkImpulse::Kind::Spring,

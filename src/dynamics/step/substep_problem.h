@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "dynamics/step/end_gap.h"
@@ -73,6 +74,8 @@ class SubstepProblem {
   void take_joints(Scalar tau);
   std::vector<SubstepRow>& rows() { return rows_; }
   const std::vector<SubstepRow>& rows() const { return rows_; }
+  /// Appends rows that help to find the impulses of joints, and have none themselves in the end.
+  void add_soft_joint_rows(std::size_t count);
   void set_row_target(std::size_t row, Scalar target) { problem_.rows[row].target = target; }
   /// J v with the velocities of the last solve.
   Scalar row_velocity(std::size_t row) const;
@@ -167,6 +170,7 @@ class SubstepProblem {
   }
   void add_from_below(std::vector<Place> places);
   void leave_out_rows();
+  bool is_of_joint(std::size_t row) const;
   SubstepContact* known_at(std::size_t pair, const ContactPoint& point, Scalar tau);
   bool is_large() const;
   bool is_of_balls() const;
@@ -191,6 +195,7 @@ class SubstepProblem {
   ContactProblem& problem_ = memory_.problem;
   std::vector<SubstepContact>& contacts_ = memory_.contacts;
   std::vector<SubstepRow> rows_;
+  std::size_t first_soft_row_ = std::numeric_limits<std::size_t>::max();
   std::vector<TakenEnd> ends_;  // by contact
   void ensure_support(const std::optional<std::size_t>& member, const BodyRecord& body);
   std::vector<Vector3> centers_;                                 // by body of the problem
