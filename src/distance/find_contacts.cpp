@@ -15,11 +15,13 @@
 #include "distance/distance_traversal.h"
 #include "distance/near_boxes.h"
 #include "distance/near_features.h"
+#include "distance/near_parts.h"
 #include "distance/piece_distance.h"
 #include "distance/point_search.h"
 #include "dyop/core/error.h"
 #include "dyop/core/types.h"
 #include "dyop/distance/distance.h"
+#include "dyop/distance/gjk.h"
 #include "dyop/distance/triangle_distance.h"
 #include "geometry/box_surface.h"
 #include "geometry/compound_tree.h"
@@ -108,23 +110,10 @@ struct ContactPart {
   std::optional<std::int32_t> child;
 };
 
-class ContactParts {
- public:
-  explicit ContactParts(const Shape& shape) : whole_{shape, std::nullopt} {
-    if (shape.kind() != ShapeKind::Compound) return;
-    for (const geometry_internal::CompoundPart& part :
-         static_cast<const CompoundShape&>(shape).tree().parts) {
-      children_.push_back({part.shape(), std::int32_t(children_.size())});
-    }
-  }
-  std::span<const ContactPart> all() const {
-    return children_.empty() ? std::span(&whole_, 1) : std::span(children_);
-  }
-
- private:
-  ContactPart whole_;
-  std::vector<ContactPart> children_;  // of a compound
-};
+ContactPart part_of(const Shape& shape, std::int32_t number) {
+  if (shape.kind() != ShapeKind::Compound) return {shape, std::nullopt};
+  return {geometry_internal::shape_part(shape, number), number};
+}
 
 // What is left of the limits of a search.
 class ContactBudget {
@@ -176,15 +165,17 @@ class ContactGathering {
                    Scalar max_distance, ContactBudget& budget)
       : a_(a), b_(b), X_AB_(X_AB), noise_(noise), max_distance_(max_distance), budget_(budget) {}
 
-  /// All pairs of triangles within reach, by the trees of the surfaces.
-  void run();
-  /// The same for two convex polytopes, from the few features that are near; false: not served.
-  bool run_convex(const ConvexShape& a, const ConvexShape& b);
-  /// Likewise for two boxes.
-  bool run_boxes(const ConvexShape& a, const ConvexShape& b);
+  /// Of the two shapes that have these surfaces.
+  void run(const Shape& a, const Shape& b);
   std::vector<Contact> contacts;  // points and normals still in frame A
 
  private:
+  // All pairs of triangles within reach, by the trees of the surfaces.
+  void run_triangles();
+  // The same for two convex polytopes, from the few features that are near; false: not served.
+  bool run_convex(const ConvexShape& a, const ConvexShape& b);
+  // Likewise for two boxes.
+  bool run_boxes(const ConvexShape& a, const ConvexShape& b);
   void add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b);
   void add_crossing(const PlacedTriangle& a, const PlacedTriangle& b, const TriangleDistance& d);
   void add_vertex(bool of_a, const PlacedVertex& vertex, const PlacedTriangle& triangle);
@@ -402,7 +393,16 @@ bool ContactGathering::run_boxes(const ConvexShape& a, const ConvexShape& b) {
   return true;
 }
 
-void ContactGathering::run() {
+// Of solids that overlap only triangles that cross tell so.
+void ContactGathering::run(const Shape& a, const Shape& b) {
+  if (!distance_internal::are_convex(a, b)) return run_triangles();
+  const auto& convex_a = static_cast<const ConvexShape&>(a);
+  const auto& convex_b = static_cast<const ConvexShape&>(b);
+  const bool are_apart = !gjk_distance(convex_a, convex_b, X_AB_).is_overlapping;
+  if (!are_apart || !run_convex(convex_a, convex_b)) run_triangles();
+}
+
+void ContactGathering::run_triangles() {
   const ShapeTree tree_a(*a_.mesh);
   const ShapeTree tree_b(*b_.mesh);
   const RigidPose X_BA = X_AB_.inverse();
@@ -547,34 +547,30 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
   ContactBudget budget(limits);
   std::vector<Contact> gathered;  // in frame A
   std::vector<Contact> nearest;   // in world, for parts without a surface
-  const ContactParts parts_a(a);
-  const ContactParts parts_b(b);
-  for (const ContactPart& part_a : parts_a.all()) {
-    for (const ContactPart& part_b : parts_b.all()) {
-      const CoreSurface surface_a(part_a.shape);
-      const CoreSurface surface_b(part_b.shape);
-      if (!surface_a.mesh || !surface_b.mesh) {
-        for (const Contact& contact : nearest_contact(part_a, X_WA, part_b, X_WB, max_distance)) {
-          nearest.push_back(contact);
-        }
-        continue;
+  for (const distance_internal::PartPair& pair :
+       distance_internal::near_parts(a, X_WA, b, X_WB, noise, max_distance)) {
+    if (limits.stop.stop_requested()) return std::nullopt;
+    const ContactPart part_a = part_of(a, pair.a);
+    const ContactPart part_b = part_of(b, pair.b);
+    const CoreSurface surface_a(part_a.shape);
+    const CoreSurface surface_b(part_b.shape);
+    if (!surface_a.mesh || !surface_b.mesh) {
+      for (const Contact& contact : nearest_contact(part_a, X_WA, part_b, X_WB, max_distance)) {
+        nearest.push_back(contact);
       }
-      ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance, budget);
-      if (!distance_internal::are_convex(part_a.shape, part_b.shape) ||
-          !gathering.run_convex(static_cast<const ConvexShape&>(part_a.shape),
-                                static_cast<const ConvexShape&>(part_b.shape))) {
-        gathering.run();
-      }
-      if (budget.is_spent() || limits.stop.stop_requested()) return std::nullopt;
-      for (Contact& contact : gathering.contacts) {
-        contact.child_a = part_a.child;
-        contact.child_b = part_b.child;
-      }
-      if (gathered.empty()) {
-        gathered = std::move(gathering.contacts);
-      } else {
-        gathered.insert(gathered.end(), gathering.contacts.begin(), gathering.contacts.end());
-      }
+      continue;
+    }
+    ContactGathering gathering(surface_a, surface_b, X_AB, noise, max_distance, budget);
+    gathering.run(part_a.shape, part_b.shape);
+    if (budget.is_spent() || limits.stop.stop_requested()) return std::nullopt;
+    for (Contact& contact : gathering.contacts) {
+      contact.child_a = part_a.child;
+      contact.child_b = part_b.child;
+    }
+    if (gathered.empty()) {
+      gathered = std::move(gathering.contacts);
+    } else {
+      gathered.insert(gathered.end(), gathering.contacts.begin(), gathering.contacts.end());
     }
   }
   return merged(std::move(gathered), std::move(nearest), X_WA, max_distance, 4 * noise);

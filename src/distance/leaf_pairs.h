@@ -11,19 +11,21 @@ namespace dyop::distance_internal {
 
 /// Which pairs of leaves of two trees are sought: those at most `reach` apart. `noise`: allowance
 /// for rounding in a distance.
-struct LeafPairSearch {
-  const ShapeTree& a;
-  const ShapeTree& b;
+template <typename Tree>
+struct LeafSearch {
+  const Tree& a;
+  const Tree& b;
   const RigidPose& X_AB;
   Scalar noise = 0;
   Scalar reach = 0;
 };
+using LeafPairSearch = LeafSearch<ShapeTree>;
 
 /// Calls visit(pair of leaves) for all below the pairs of boxes on the stack that may be within
 /// reach and for which is_sought(pair of boxes) holds on every level down to them. Ends early when
 /// is_over(are_leaves), asked before each pair, says so.
-template <typename Visit, typename IsOver, typename IsSought>
-void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const Visit& visit,
+template <typename Tree, typename Visit, typename IsOver, typename IsSought>
+void visit_leaf_pairs(const LeafSearch<Tree>& search, BoxPairStack& stack, const Visit& visit,
                       const IsOver& is_over, const IsSought& is_sought) {
   const BoxGapsKernel box_gaps = box_gaps_kernel(best_instruction_set());
   const Scalar box_noise = search.noise * (kStepNoise / kPoseNoise);
@@ -39,7 +41,7 @@ void visit_leaf_pairs(const LeafPairSearch& search, BoxPairStack& stack, const V
       continue;
     }
     const bool opens_a = opens_first(search.a, pair.a, search.b, pair.b);
-    const ShapeTree& tree = opens_a ? search.a : search.b;
+    const Tree& tree = opens_a ? search.a : search.b;
     const std::int32_t child = tree.child(opens_a ? pair.a : pair.b);
     const int count = tree.node(child).count();
     const FacingBox other = opens_a ? facing_box(search.b.box(pair.b), search.X_AB)

@@ -71,7 +71,8 @@ bool NeighbourList::build(const Shape& a, const RigidPose& X_WA, const Shape& b,
   };
   const auto is_over = [&](bool /*are_leaves*/) { return entries_.size() >= kMostPairs; };
   BoxPairStack stack{kRootPair};
-  visit_leaf_pairs({tree_a, tree_b, X_AB_, noise_, kInfinity}, stack, visit, is_over, is_near);
+  visit_leaf_pairs(LeafPairSearch{tree_a, tree_b, X_AB_, noise_, kInfinity}, stack, visit, is_over,
+                   is_near);
   is_built_ = stack.empty();
   return is_built_;
 }

@@ -145,15 +145,20 @@ PointDistance from_convex(const ConvexShape& shape, const PointQuery& query) {
 PointDistance from_compound(const CompoundShape& compound, const PointQuery& query) {
   PointDistance nearest;
   nearest.lower = kInfinity;
-  std::int32_t child = 0;
-  for (const geometry_internal::CompoundPart& part : compound.tree().parts) {
+  const Scalar limit = query.options.max_distance + query.noise;
+  const auto visit = [&](std::int32_t child) {
+    const geometry_internal::CompoundPart& part = compound.tree().part(child);
     PointDistance found =
         part.mesh ? from_mesh(*part.mesh, query) : from_convex(*part.convex, query);
-    found.child = child++;
+    found.child = child;
     const Scalar lower = std::min(nearest.lower, found.lower);
     if (found.upper < nearest.upper) nearest = found;
     nearest.lower = lower;
-  }
+    return nearest.upper + query.noise;
+  };
+  const Scalar left_out =
+      distance_internal::visit_parts_near_point(compound.tree(), query.p_S, limit, visit);
+  nearest.lower = std::min(nearest.lower, std::max(0.0, left_out - query.noise));
   return nearest;
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <vector>
 
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
@@ -57,6 +59,11 @@ std::array<Scalar, kGroupSize> squared_gaps(const BoxGroup& boxes, const Vector3
   return sum;
 }
 
+// A lower bound on a distance from a gap of a box.
+Scalar proven_distance(Scalar gap_sq, Scalar scale) {
+  return std::sqrt(gap_sq * (1 - 2 * kPointBoxNoise)) * scale;
+}
+
 class PointSearch {
  public:
   PointSearch(const TriangleMesh& mesh, const Vector3& p, Scalar limit)
@@ -84,7 +91,7 @@ class PointSearch {
     const Scalar proven_sq = gap_sq * (1 - 2 * kPointBoxNoise);
     const Scalar in_units = cutoff / tree_.scale();
     if (!(proven_sq > in_units * in_units)) return false;
-    lower_ = std::min(lower_, std::max(cutoff, std::sqrt(proven_sq) * tree_.scale()));
+    lower_ = std::min(lower_, std::max(cutoff, proven_distance(gap_sq, tree_.scale())));
     return true;
   }
 
@@ -128,6 +135,41 @@ class PointSearch {
 
 NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p, Scalar limit) {
   return PointSearch(mesh, p, limit).run();
+}
+
+Scalar visit_parts_near_point(const geometry_internal::CompoundTree& tree, const Vector3& p,
+                              Scalar limit, const std::function<Scalar(std::int32_t)>& visit) {
+  const Vector3 q = p / tree.scale;
+  Scalar left_out = kInfinity;
+  struct Open {
+    Scalar distance;
+    std::int32_t box;
+  };
+  std::vector<Open> stack{{0, 0}};
+  while (!stack.empty()) {
+    const Open open = stack.back();
+    stack.pop_back();
+    if (open.distance > limit) {
+      left_out = std::min(left_out, open.distance);
+      continue;
+    }
+    if (tree.is_part(open.box)) {
+      limit = std::min(limit, visit(tree.part_in(open.box)));
+      continue;
+    }
+    const auto box = static_cast<std::size_t>(open.box);
+    const std::int32_t number = tree.nodes[box / kGroupSize].child[box % kGroupSize];
+    const MeshHierarchy::Node& node = tree.nodes[static_cast<std::size_t>(number)];
+    const std::array<Scalar, kGroupSize> gaps = squared_gaps(node.boxes, q);
+    const auto first = static_cast<std::ptrdiff_t>(stack.size());
+    for (int i = 0; i < node.count(); ++i) {
+      const Scalar gap = gaps[static_cast<std::size_t>(i)];
+      stack.push_back({proven_distance(gap, tree.scale), number * kGroupSize + i});
+    }
+    std::sort(stack.begin() + first, stack.end(),
+              [](const Open& x, const Open& y) { return x.distance > y.distance; });
+  }
+  return left_out;
 }
 
 namespace {

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 #include "dyop/geometry/shape.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "geometry/compound_tree.h"
 
 namespace dyop::distance_internal {
 
@@ -33,6 +35,12 @@ struct NearestToPoint {
 /// Depth-first branch and bound, nearest box first. No allocation.
 /// @param limit Triangles proven farther away are not sought.
 NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p, Scalar limit);
+
+/// Visits the children of a compound that may be the nearest to a point, both in its frame, nearest
+/// box first. visit(child) returns how far others may be to count.
+/// @return Lower bound on the distance of those that it left out.
+Scalar visit_parts_near_point(const geometry_internal::CompoundTree& tree, const Vector3& p,
+                              Scalar limit, const std::function<Scalar(std::int32_t)>& visit);
 
 /// Which of two shapes the caller declares to be solids.
 struct Solids {

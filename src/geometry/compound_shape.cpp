@@ -142,6 +142,8 @@ class TreeBuilder {
     tree_.nodes.emplace_back();
     set_column(0, 0, all);
     fill_columns(tree_.nodes[0], 1);
+    tree_.part_boxes.resize(tree_.nodes.size() * std::size_t(kColumns));
+    for (const std::size_t box : part_boxes_) tree_.part_boxes[box] = true;
   }
 
  private:
@@ -165,6 +167,7 @@ class TreeBuilder {
   void set_column(std::int32_t number, int column, const std::vector<std::int32_t>& children) {
     const auto node = [&]() -> Node& { return tree_.nodes[std::size_t(number)]; };
     const CompoundPart& first = tree_.part(children[0]);
+    if (children.size() == 1) part_boxes_.push_back(std::size_t(number * kColumns + column));
     if (children.size() == 1 && first.mesh) {
       const MeshHierarchy& mesh = first.mesh->hierarchy();
       copy_box(mesh.nodes()[0].boxes, 0, ratio(mesh), node().boxes, column);
@@ -231,6 +234,7 @@ class TreeBuilder {
 
   CompoundTree& tree_;
   std::vector<OrientedBox> boxes_;  // of the children
+  std::vector<std::size_t> part_boxes_;
 };
 
 }  // namespace
@@ -260,6 +264,14 @@ std::int32_t CompoundTree::child_of(std::int32_t piece) const {
       parts.begin(), parts.end(), piece,
       [](std::int32_t number, const CompoundPart& part) { return number < part.first_piece; });
   return std::int32_t(next - parts.begin()) - 1;
+}
+
+std::int32_t CompoundTree::part_in(std::int32_t box) const {
+  const auto child = [&] {
+    return nodes[std::size_t(box / kColumns)].child[std::size_t(box % kColumns)];
+  };
+  while (child() >= 0) box = child() * kColumns;
+  return child_of(-1 - child());
 }
 
 MassProperties posed(const MassProperties& properties, const RigidPose& X_CS) {

@@ -76,8 +76,14 @@ struct CompoundTree {
     return parts[static_cast<std::size_t>(child)];
   }
 
+  /// Whether a box holds a whole child, and nothing else: no box above it does.
+  bool is_part(std::int32_t box) const { return part_boxes[static_cast<std::size_t>(box)]; }
+  /// The child that such a box holds.
+  std::int32_t part_in(std::int32_t box) const;
+
   std::vector<CompoundPart> parts;
   std::vector<MeshHierarchy::Node> nodes;
+  std::vector<bool> part_boxes;
   Scalar scale = 1;
 };
 

@@ -140,8 +140,8 @@ DYOP_EXPORT FacingBox facing_box(const OrientedBox& box, const RigidPose& X_SO);
 
 /// Whether box `a` is to be opened before `b`: the larger one that is not a leaf goes first. At
 /// least one must not be a leaf.
-inline bool opens_first(const ShapeTree& tree_a, std::int32_t a, const ShapeTree& tree_b,
-                        std::int32_t b) {
+template <typename Tree>
+bool opens_first(const Tree& tree_a, std::int32_t a, const Tree& tree_b, std::int32_t b) {
   DYOP_ASSERT(!tree_a.is_leaf(a) || !tree_b.is_leaf(b), a, ' ', b);
   if (tree_a.is_leaf(a)) return false;
   return tree_b.is_leaf(b) || tree_a.squared_half_diagonal(a) >= tree_b.squared_half_diagonal(b);

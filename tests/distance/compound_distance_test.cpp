@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/tolerance.h"
+#include "distance/near_parts.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
 #include "geometry/all_compounds.h"
@@ -182,15 +183,58 @@ TEST(CompoundDistance, TakesChildrenForSolids) {
   EXPECT_NE(message.find("solid_a"), std::string::npos) << message;
 }
 
-// A table on four substeps stands on the floor with the corners of its substeps.
+// All pairs of children within reach are listed, and of a large cloud few others.
+TEST(CompoundDistance, ListsTheChildrenThatAreNear) {
+  std::mt19937_64 random(5);
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    std::vector<std::shared_ptr<const Shape>> shapes{
+        std::make_shared<Box>(Vector3(1, 2, 0.5) * size)};
+    for (const CompoundMaker& maker : all_compounds()) shapes.push_back(maker.make(size));
+    for (const auto& a : shapes) {
+      for (const auto& b : shapes) {
+        const RigidPose X_WA(random_rotation(random), size * random_direction(random));
+        const RigidPose X_WB(random_rotation(random), 3 * size * random_direction(random));
+        const Scalar reach = 0.3 * size;
+        const auto near = distance_internal::near_parts(*a, X_WA, *b, X_WB, 1e-9 * size, reach);
+        std::size_t needed = 0;
+        const std::vector<CompoundChild> of_a = children_of(*a);
+        const std::vector<CompoundChild> of_b = children_of(*b);
+        for (std::size_t i = 0; i < of_a.size(); ++i) {
+          for (std::size_t k = 0; k < of_b.size(); ++k) {
+            const ChildPair pair(of_a[i], X_WA, of_b[k], X_WB);
+            if (pair.at_least > reach) continue;
+            if (distance(*pair.a, pair.X_WA, *pair.b, pair.X_WB).upper > reach) continue;
+            ++needed;
+            EXPECT_EQ(std::count_if(near.begin(), near.end(),
+                                    [&](const distance_internal::PartPair& found) {
+                                      return found.a == int(i) && found.b == int(k);
+                                    }),
+                      1);
+          }
+        }
+        EXPECT_GE(near.size(), needed);
+      }
+    }
+  }
+  std::vector<Vector3> points;
+  for (int i = 0; i < 3000; ++i) points.push_back(random_direction(random));
+  const CompoundShape cloud = point_cloud(points, 0.01);
+  EXPECT_TRUE(
+      distance_internal::near_parts(cloud, RigidPose(), cloud, at(3, 0, 0), 1e-9, 0.1).empty());
+  EXPECT_LT(distance_internal::near_parts(cloud, RigidPose(), Sphere(0.01), at(1, 0, 0), 1e-9, 0.01)
+                .size(),
+            20U);
+}
+
+// A table on four legs stands on the floor with the corners of its legs.
 TEST(CompoundDistance, FindsContactsOfEveryChild) {
-  const auto substep = std::make_shared<Box>(Vector3(0.1, 0.1, 0.5));
+  const auto leg = std::make_shared<Box>(Vector3(0.1, 0.1, 0.5));
   const auto foot = std::make_shared<Sphere>(0.2);
   const auto top = std::make_shared<TriangleMesh>(box_mesh(Vector3(1, 1, 0.05)).mesh());
-  const CompoundShape table({{substep, at(0.8, 0.8, 0.5)},
-                             {substep, at(-0.8, 0.8, 0.5)},
-                             {substep, at(-0.8, -0.8, 0.5)},
-                             {substep, at(0.8, -0.8, 0.5)},
+  const CompoundShape table({{leg, at(0.8, 0.8, 0.5)},
+                             {leg, at(-0.8, 0.8, 0.5)},
+                             {leg, at(-0.8, -0.8, 0.5)},
+                             {leg, at(0.8, -0.8, 0.5)},
                              {top, at(0, 0, 1.05)},
                              {foot, at(0, 0, 0.2)}});
   const Box ground(Vector3(5, 5, 1));

@@ -252,6 +252,21 @@ TEST(FindContacts, ConvexPolytopesHaveTheContactsOfTheirSurfacesAsMeshes) {
   }
 }
 
+TEST(FindContacts, SolidsThatOverlapHaveAContactWithoutAGap) {
+  const Box box(Vector3(0.5, 0.4, 0.3));
+  const ConvexHull hull(icosphere(1).vertices);
+  const RigidPose X_WB(rotation_from_vector(Vector3(0.3, 0.2, 0.1)), Vector3(0.6, 0.1, 0.05));
+  const std::array<const ConvexShape*, 2> shapes{&box, &hull};
+  for (const ConvexShape* a : shapes) {
+    for (const ConvexShape* b : shapes) {
+      const auto contacts = find_contacts(*a, RigidPose(), *b, X_WB, 0.02);
+      ASSERT_FALSE(contacts.empty());
+      EXPECT_EQ(contacts.front().lower, 0);
+      EXPECT_LT(contacts.front().upper, 1e-12);
+    }
+  }
+}
+
 TEST(FindContacts, CrossingTrianglesAreAContactWhereTheyCross) {
   // The tip of a pyramid far through the middle of a large plate: no corner or edge is near.
   const TriangleMesh plate({{-9, -9, 0}, {9, -9, 0}, {0, 9, 0}}, {{0, 1, 2}});

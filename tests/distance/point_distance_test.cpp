@@ -12,6 +12,7 @@
 #include "dyop/core/error.h"
 #include "dyop/distance/triangle_distance.h"
 #include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/occupancy.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "geometry/all_shapes.h"
@@ -299,6 +300,32 @@ TEST(PointTriangleDistance, BoundsHoldOnEveryFamilyOfTriangles) {
       ASSERT_LE(found.upper - found.lower, 2 * triangle_noise({p, p, p}, pair.b))
           << name_of(family);
       ASSERT_NEAR(found.nhat_C.norm(), 1, 1e-12);
+    }
+  }
+}
+
+TEST(PointDistance, OfACloudIsThatOfItsNearestPoint) {
+  std::mt19937_64 random(3);
+  for (const Scalar size : {1e-4, 1.0, 1e4}) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 500; ++i) points.push_back(size * random_direction(random));
+    const CompoundShape cloud = dyop::point_cloud(points, 0.01 * size);
+    for (int k = 0; k < 200; ++k) {
+      const Vector3 p = 0.01 * k * size * random_direction(random);
+      std::size_t nearest = 0;
+      for (std::size_t i = 1; i < points.size(); ++i) {
+        if ((points[i] - p).norm() < (points[nearest] - p).norm()) nearest = i;
+      }
+      const Scalar expected = std::max(0.0, (points[nearest] - p).norm() - 0.01 * size);
+      const PointDistance found = point_distance(cloud, RigidPose(), p);
+      EXPECT_LE(found.lower, expected * (1 + 1e-12));
+      EXPECT_GE(found.upper, expected * (1 - 1e-12));
+      EXPECT_LT(found.upper - found.lower, 1e-10 * size);
+      const Vector3& of_child = points[std::size_t(found.child.value())];
+      EXPECT_NEAR((of_child - p).norm(), (points[nearest] - p).norm(), 0.01 * size);
+      PointDistanceOptions near;
+      near.max_distance = 0.5 * expected;
+      EXPECT_GE(point_distance(cloud, RigidPose(), p, near).lower, near.max_distance);
     }
   }
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <memory>
 
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
@@ -38,6 +41,25 @@ TEST(TimeOfImpact, StopsAtTheBudgetWithATimeThatIsSafe) {
     last = result.t_safe;
   }
   EXPECT_TRUE(has_finished);
+}
+
+// A shaft that turns in its bearing: no step is longer than about the root of 8 gaps, but none need
+// be shorter by an order of magnitude.
+TEST(TimeOfImpact, TurnsAShaftBesideAWallInStepsOfTheRootOfTheGap) {
+  const Box wall(Vector3(1, 1, 1));
+  const Scalar turn = 20;
+  const auto spinning = moving(RigidPose(), Vector3::Zero(), {0, 0, turn});
+  const std::array<std::shared_ptr<const ConvexShape>, 2> shafts{std::make_shared<Cylinder>(1, 1),
+                                                                 std::make_shared<Capsule>(1, 1)};
+  for (const auto& shaft : shafts) {
+    for (const Scalar gap : {1e-3, 1e-4, 1e-5}) {
+      const RestMotion rest(at(2 + gap, 0, 0));
+      const ToiResult result =
+          time_of_impact(*shaft, spinning, wall, rest, {0, 1}, {.distance_tolerance = 1e-7});
+      EXPECT_EQ(result.status, ToiStatus::Separated);
+      EXPECT_LT(Scalar(result.statistics.node_pairs), 4 * turn / std::sqrt(8 * gap));
+    }
+  }
 }
 
 TEST(TimeOfImpact, HonoursDeadlineAndCancellation) {

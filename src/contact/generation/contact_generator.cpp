@@ -9,8 +9,9 @@
 #include "contact/generation/contact_fit.h"
 #include "contact/generation/contact_search.h"
 #include "core/tolerance.h"
+#include "distance/near_parts.h"
 #include "dyop/core/error.h"
-#include "geometry/compound_tree.h"
+#include "geometry/shape_tree.h"
 
 namespace dyop {
 
@@ -72,18 +73,6 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   contact_internal::finish_contacts(query, X_WA, found, workspace, contacts, piece_a, piece_b);
 }
 
-// Calls visit(shape, number) for each mesh or convex shape that a shape consists of, all in its
-// frame.
-template <typename Visit>
-void for_each_piece(const Shape& shape, const Visit& visit) {
-  if (shape.kind() != ShapeKind::Compound) return visit(shape, 0);
-  std::int32_t number = 0;
-  for (const geometry_internal::CompoundPart& part :
-       static_cast<const CompoundShape&>(shape).tree().parts) {
-    visit(part.shape(), number++);
-  }
-}
-
 }  // namespace
 
 bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
@@ -101,12 +90,13 @@ bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
                  " and ", radius);
   }
   contacts.clear();
-  for_each_piece(a, [&](const Shape& piece_a, std::int32_t number_a) {
-    for_each_piece(b, [&](const Shape& piece_b, std::int32_t number_b) {
-      append_contacts(piece_a, number_a, X_WA, piece_b, number_b, X_WB, reach, options, workspace,
-                      contacts, interrupt);
-    });
-  });
+  for (const distance_internal::PartPair& pair : distance_internal::near_parts(
+           a, X_WA, b, X_WB, 2 * distance_internal::pose_noise(a, X_WA, b, X_WB), reach)) {
+    if (is_over(interrupt)) break;
+    append_contacts(geometry_internal::shape_part(a, pair.a), pair.a, X_WA,
+                    geometry_internal::shape_part(b, pair.b), pair.b, X_WB, reach, options,
+                    workspace, contacts, interrupt);
+  }
   if (is_over(interrupt)) {
     contacts.clear();
     return false;

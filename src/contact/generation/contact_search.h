@@ -173,8 +173,8 @@ void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const C
     return is_due && is_over(query.interrupt);
   };
   const auto visit_leaves = [&](const BoxPair& leaves) { visit(leaves.a, leaves.b); };
-  visit_leaf_pairs({tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack, visit_leaves,
-                   is_interrupted, is_wanted);
+  visit_leaf_pairs(LeafPairSearch{tree_a, tree_b, query.X_AB, query.noise, query.reach}, stack,
+                   visit_leaves, is_interrupted, is_wanted);
 }
 
 /// Calls visit(leaf_a, triangle_a, triangle_b) for all pairs of triangles whose features may be in

@@ -6,6 +6,10 @@
 
 namespace dyop::toi_internal {
 
+/// Over a trial so many times longer than the root of its bound, the remainder of third order decides:
+/// the next trial is between them in order of magnitude.
+inline constexpr double kMuchTooLong = 16;
+
 /// A pair of boxes whose gap exceeds this fraction of its size is examined again, at its new time,
 /// before it is split; without this the number of pairs of distant trees explodes. Speed only.
 inline constexpr double kReadvanceRatio = 0.3;

@@ -220,7 +220,9 @@ DYOP_INLINE L coupled_step(const TurningGaps<L>& gap_at, const FacingMotion& mot
     time = select(is_active & (step > time), step, time);
     const auto is_done = is_converged | ((step >= h) & (h >= horizon));
     is_active = without(is_active, is_done);
-    h = smaller(horizon, step + step);
+    // As in coupled_step() of safe_step.h.
+    const auto is_much_too_long = h > L(kMuchTooLong) * step;
+    h = smaller(horizon, select(is_much_too_long, sqrt(step * h), step + step));
   }
   return time;
 }

@@ -7,6 +7,7 @@
 #include "dyop/core/types.h"
 #include "dyop/geometry/convex_shape.h"
 #include "dyop/hierarchy/mesh_hierarchy.h"
+#include "toi/rigid/box_steps.h"
 
 namespace dyop::toi_internal {
 
@@ -149,11 +150,12 @@ SafeStep safe_step(const PairInstant& pair, const PieceA& a, Scalar radius_a, co
 template <typename Gap>
 SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first,
                       const MotionRemainder& rest, const Gap& gap_at) {
-  constexpr int kTrials = 4;
+  constexpr int kTrials = 8;
   SafeStep step;
   step.gap = gap < kInfinity ? gap : 0;  // overflow proves nothing
   if (!(step.gap > 0)) return step;
   Scalar h = first;
+  Scalar too_long = kInfinity;
   for (int trial = 0; trial < kTrials && h > 0; ++trial) {
     const Scalar x = rest.turn * h;
     const Scalar noise = pair.noise * (1 + x + x * x);  // n + u k + q m is longer than n
@@ -164,15 +166,19 @@ SafeStep coupled_step(const PairInstant& pair, Scalar gap, Scalar first,
     if (root >= h) {
       step.time = std::max(step.time, h);
       if (h >= pair.horizon) break;
-      h = std::min(pair.horizon, 2 * h);
-      continue;
+    } else {
+      // literal: a step within 5% of the last one is not worth another trial.
+      const bool is_converged = root <= 1.05 * step.time && too_long <= kMuchTooLong * step.time;
+      step.time = std::max(step.time, root);
+      too_long = h;
+      if (is_converged) break;
     }
-    // literal: a step within 5% of the last one is not worth another trial.
-    const bool is_converged = root <= 1.05 * step.time;
-    step.time = std::max(step.time, root);
+    h = std::min(pair.horizon, 2 * step.time);
     // A bound over a longer time is not tighter.
-    if (is_converged || 2 * root >= h) break;
-    h = 2 * root;
+    if (h >= too_long) break;
+    if (too_long < kInfinity && too_long > kMuchTooLong * step.time) {
+      h = std::sqrt(step.time * too_long);
+    }
   }
   return step;
 }
