@@ -140,7 +140,7 @@ void print_contacts(std::ostream& out, const Recording& recording, const Contact
   print_worst(out, recording, "complementarity                       ", law.complementarity);
   print_worst(out, recording, "restitution                           ", law.restitution);
   print_worst(out, recording, "energy created at an impact           ", law.energy);
-  print_worst(out, recording, "recovery of gaps, length              ", law.recovery);
+  print_worst(out, recording, "recovery of gaps and joints           ", law.recovery);
   print_worst(out, recording, "speed given up for sleep              ", law.sleep);
   if (law.stalls > 0) out << "  bodies were stopped " << times(law.stalls) << '\n';
   if (law.settings > 0) out << "  the caller set a velocity " << times(law.settings) << '\n';

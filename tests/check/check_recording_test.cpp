@@ -231,6 +231,111 @@ TEST_F(CheckRecording, FindsForgedImpulsesAndVelocities) {
   }
 }
 
+// A body that is moved beside its velocity by more than gaps could need, while impulses explain all
+// velocities: a joint's, at the start of a substep and back at its end.
+TEST_F(CheckRecording, RefutesRecoveryThatNothingNeeds) {
+  for (const Scalar speed : {0.1, 5.0}) {
+    World world = sliding_world();
+    const BodyId floor = world.bodies()[0];
+    const BodyId box = world.bodies()[1];
+    const Vector3 kick = speed * world.body(box).mass_properties.mass * Vector3::UnitX();
+    RecordingWriter writer(file(), {});
+    for (int k = 0; k < 10; ++k) {
+      AdvanceReport report = world.advance(1.0 / 64);
+      for (VelocityChange& change : report.velocity_changes) {
+        if (k != 5 || change.kind == VelocityChangeKind::Impact) continue;
+        const bool is_move = change.kind == VelocityChangeKind::Move;
+        for (MomentumChange& body : change.bodies) {
+          if (body.body != box) continue;
+          (is_move ? body.v_W : body.v_before_W).x() += speed;
+          change.links.push_back({LinkImpulse::Kind::Joint, floor, box, (is_move ? 1 : -1) * kick});
+        }
+      }
+      writer.write(report, world);
+    }
+    writer.finish();
+    const Answer answer = check(file());
+    EXPECT_EQ(answer.code, speed > 1 ? kRefuted : kProven) << answer.text << answer.error;
+    EXPECT_EQ(
+        answer.text.find("FAULT: box at t = 0.078125: its way in a substep differs by 0.078") !=
+            std::string::npos,
+        speed > 1)
+        << answer.text;
+  }
+}
+
+// Two links straight between two posts, which cannot move. Where the solver of their joints throws
+// them about all the same, that is no lawful run.
+TEST_F(CheckRecording, RefutesARunThatExplodes) {
+  WorldOptions options = testing::earth_options();
+  options.records_impulses = true;
+  World world(options);
+  const auto add = [&](const char* name, std::shared_ptr<const Shape> shape, Scalar x) {
+    BodyDefinition body =
+        testing::dynamic_body(name, std::move(shape), {x, 0, 0}, {0, 0, 0}, {0, 0, 0});
+    body.filter.mask = 0;
+    body.initial.X_WB = RigidPose(Quaternion(std::sqrt(0.5), 0, std::sqrt(0.5), 0), {x, 0, 0});
+    if (x == 0 || x == 2) body.kind = BodyKind::Static;
+    return world.add_body(body);
+  };
+  const auto post = std::make_shared<Sphere>(0.01);
+  const auto link = std::make_shared<Capsule>(0.01, 0.488);
+  const std::vector<BodyId> bodies{add("left", post, 0), add("link 0", link, 0.5),
+                                   add("link 1", link, 1.5), add("right", post, 2)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    JointDefinition joint;
+    joint.a = bodies[k];
+    joint.b = bodies[k + 1];
+    joint.X_AJ = RigidPose(Vector3(0, 0, k == 0 ? 0 : 0.5));
+    joint.X_BJ = RigidPose(Vector3(0, 0, k == 2 ? 0 : -0.5));
+    world.add_joint(joint);
+  }
+  Scalar fastest = 0;
+  RecordingWriter writer(file(), {});
+  for (int k = 0; k < 10; ++k) {
+    const AdvanceReport report = world.advance(0.02);
+    for (const VelocityChange& change : report.velocity_changes) {
+      for (const MomentumChange& body : change.bodies) fastest = std::max(fastest, body.v_W.norm());
+    }
+    writer.write(report, world);
+  }
+  writer.finish();
+  const Answer answer = check(file());
+  if (fastest < 1e-3) GTEST_SKIP() << "it does not explode any more";
+  EXPECT_EQ(answer.code, kRefuted) << answer.text << answer.error;
+  EXPECT_NE(answer.text.find("contact    FAILS"), std::string::npos) << answer.text;
+}
+
+// A joint that breaks while its bodies overlap: until then the pair does not count.
+TEST_F(CheckRecording, KnowsWhenAJointBreaks) {
+  WorldOptions options = testing::earth_options();
+  options.records_impulses = true;
+  World world(options);
+  const auto ball = std::make_shared<Sphere>(0.5);
+  BodyDefinition post = testing::dynamic_body("post", ball, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
+  post.kind = BodyKind::Static;
+  JointDefinition joint;
+  joint.kind = JointKind::Fixed;
+  joint.a = world.add_body(post);
+  joint.b = world.add_body(testing::dynamic_body("bob", ball, {0, 0, -0.9}, {0, 0, 0}, {0, 0, 0}));
+  joint.X_AJ = RigidPose(Vector3(0, 0, -0.9));
+  joint.break_force = 2 * 9.81 * world.body(joint.b).mass_properties.mass;
+  world.add_joint(joint);
+  RecordingWriter writer(file(), {});
+  std::size_t broken = 0;
+  for (int k = 0; k < 20; ++k) {
+    if (k == 10) world.set_gravity(3 * world.gravity());
+    const AdvanceReport report = world.advance(0.01);
+    broken += report.broken_joints.size();
+    writer.write(report, world);
+  }
+  writer.finish();
+  EXPECT_EQ(broken, 1U);
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+  EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+}
+
 // Rules between bodies, a teleport, another material, a body in the slot of one that was removed:
 // all of a World that no scene file describes.
 TEST_F(CheckRecording, KnowsTheRulesOfAWorld) {

@@ -59,6 +59,7 @@ class RandomWorld {
     WorldOptions options;
     options.gravity_W = Vector3(0, 0, -kGravity * scale_);
     options.thread_count = 1;
+    options.records_impulses = true;
     world_ = std::make_unique<World>(options);
     add_floor();
     const int stirrers = std::max(0, random_index(4, random_) - 1);

@@ -38,12 +38,48 @@ Combine combine_from(const Json* word, Combine otherwise) {
   return found->second;
 }
 
+Pose frame_of(const Json& json) {
+  return {matrix_of(json.at("R").to_numbers(9)), vector_of(json.at("p").to_numbers(3))};
+}
+
+JointLaw joint_law(const Json& line) {
+  JointLaw joint;
+  joint.kind = line.at("kind").text;
+  joint.a = std::uint32_t(index_of(line.at("a"), 1U << 31));
+  joint.b = std::uint32_t(index_of(line.at("b"), 1U << 31));
+  joint.X_AJ = frame_of(line.at("X_AJ"));
+  joint.X_BJ = frame_of(line.at("X_BJ"));
+  const Json* limits = line.find("limits");
+  const bool is_distance = joint.kind == "distance";
+  if (is_distance && limits != nullptr) {
+    joint.least = limits->list.at(0).to_number();
+    joint.most = limits->list.at(1).to_number();
+  }
+  joint.has_more = joint.kind == "coupling" || line.find("swing_twist") != nullptr ||
+                   (limits != nullptr) != is_distance;
+  return joint;
+}
+
+// Null or absent is none.
+std::optional<double> number_at(const Json& json, const char* key) {
+  const Json* found = json.find(key);
+  if (found == nullptr || found->kind == Json::Kind::Null) return std::nullopt;
+  return found->to_number();
+}
+
 RuleLaw rule_law(const Rules& rules) {
   RuleLaw law;
   law.from = rules.from;
   const Json& line = rules.line;
   if (line.kind == Json::Kind::Null) return law;
   law.gravity = vector_of(line.at("gravity").to_numbers(3));
+  law.rest_offset = number_at(line, "rest_offset").value_or(0);
+  law.separation_speed = number_at(line, "separation_speed");
+  for (const Json& entry : line.at("joints").list) {
+    const JointLaw joint = joint_law(entry);
+    law.joints_at[joint.a].push_back(joint);
+    law.joints_at[joint.b].push_back(joint);
+  }
   law.friction = combine_from(line.find("combine_friction"), law.friction);
   law.restitution = combine_from(line.find("combine_restitution"), law.restitution);
   for (const Json& rule : line.at("pairs").list) {
@@ -80,11 +116,16 @@ class ChangeReader {
     return std::move(changes_);
   }
 
+  double longest_advance() const { return longest_advance_; }
+
  private:
   void set_frames() {
     const std::uint64_t count = file_.length("frames");
     const auto until = file_.integers("frames", "change_count", count);
     const std::vector<double> begin = file_.reals("frames", "begin", count);
+    const std::vector<double> end = file_.reals("frames", "end", count);
+    for (std::size_t k = 0; k < count; ++k)
+      longest_advance_ = std::max(longest_advance_, end[k] - begin[k]);
     std::size_t frame = 0;
     for (std::size_t k = 0; k < changes_.size(); ++k) {
       while (until[frame] <= k) ++frame;  // the last one is their number
@@ -163,9 +204,31 @@ class ChangeReader {
   const Recording& recording_;
   Table table_;
   std::vector<Change> changes_;
+  double longest_advance_ = 0;
 };
 
 }  // namespace
+
+double JointLaw::error(const Pose& X_WA, const Pose& X_WB, double radius) const {
+  const Pose A = X_WA * X_AJ;
+  const Pose B = X_WB * X_BJ;
+  const auto axis = [](const Pose& X, std::size_t k) {
+    return Vec{X.R.m[k], X.R.m[3 + k], X.R.m[6 + k]};
+  };
+  const Vec apart = B.p - A.p;
+  const Vec z = axis(A, 2);
+  const Vec across = apart - dot(apart, z) * z;
+  const double lean = norm(cross(z, axis(B, 2)));
+  const double turn = norm(rotation_vector(transpose(A.R) * B.R));
+  if (kind == "ball") return norm(apart);
+  if (kind == "hinge") return norm(apart) + radius * lean;
+  if (kind == "slider") return norm(across) + radius * turn;
+  if (kind == "fixed") return norm(apart) + radius * turn;
+  if (kind == "distance") return std::max({least - norm(apart), norm(apart) - most, 0.0});
+  if (kind == "universal") return norm(apart) + radius * std::abs(dot(axis(A, 0), axis(B, 1)));
+  if (kind == "cylindrical") return norm(across) + radius * lean;
+  return 0;  // a coupling
+}
 
 double combine(Combine rule, double a, double b) {
   switch (rule) {
@@ -198,7 +261,9 @@ LawData read_law_data(const Hdf5Reader& file, const Recording& recording) {
   LawData data;
   for (const RecordedBody& body : recording.bodies) data.bodies.push_back(body_law(body));
   for (const Rules& rules : recording.rules) data.rules.push_back(rule_law(rules));
-  data.changes = ChangeReader(file, recording).read();
+  ChangeReader reader(file, recording);
+  data.changes = reader.read();
+  data.longest_advance = reader.longest_advance();
   return data;
 }
 

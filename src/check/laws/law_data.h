@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "check/trusted/recording.h"
@@ -40,11 +42,29 @@ struct PairMaterial {
   double restitution = 0;
 };
 
+/// What holds two bodies together.
+struct JointLaw {
+  std::string kind;
+  std::uint32_t a = 0;  ///< slots
+  std::uint32_t b = 0;
+  Pose X_AJ;
+  Pose X_BJ;
+  double least = -kInfinity;  ///< of a distance
+  double most = kInfinity;
+  bool has_more = false;  ///< it holds what error() does not measure: a limit, a coupling
+
+  /// How far it is from closed, a length, for bodies of a radius.
+  double error(const Pose& X_WA, const Pose& X_WB, double radius) const;
+};
+
 /// Of a line of /rules.
 struct RuleLaw {
   double from = 0;
   Vec gravity;
-  std::map<Pair, PairMaterial> materials;  ///< by slots
+  double rest_offset = 0;                                    ///< 0: the default
+  std::optional<double> separation_speed;                    ///< none: the default
+  std::map<Pair, PairMaterial> materials;                    ///< by slots
+  std::map<std::uint32_t, std::vector<JointLaw>> joints_at;  ///< by slot, each joint at both
   Combine friction = Combine::GeometricMean;
   Combine restitution = Combine::Minimum;
 };
@@ -101,6 +121,7 @@ struct Change {
 struct LawData {
   std::vector<BodyLaw> bodies;  ///< as those of the recording
   std::vector<RuleLaw> rules;
+  double longest_advance = 0;
   std::vector<Change> changes;  ///< for each body in order of time; empty: not recorded
 
   Vec gravity(double t) const { return at_time(rules, t).gravity; }

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 
 namespace dyop_check {
 namespace {
@@ -11,6 +12,14 @@ namespace {
 constexpr std::size_t kMostFaults = 10;
 constexpr double kNoise = 1e-13;  // literal: relative, of the sums of a few rounded numbers
 constexpr double kSame = 1e-9;    // literal: unit vectors, coefficients
+
+// Defaults of a World: rest offsets over target distances; target distances over radii; the part of
+// the smaller radius by which a joint closes, or a pair that began too near opens, in a substep.
+constexpr double kRestOffset = 4;        // literal: unitless
+constexpr double kDefaultTarget = 1e-4;  // literal: unitless
+constexpr double kRecoveredPart = 0.05;  // literal: unitless
+// A gap near the middle of a body asks more of its ends. Of 10, healthy runs reach 3.
+constexpr double kLevers = 10;  // literal: unitless
 
 // Velocity of the centre of mass, and angular momentum about it.
 struct Momentum {
@@ -212,6 +221,7 @@ class ContactChecker {
     Vec angular;
     double size = 0;
     double angular_size = 0;
+    double kick = 0;  // largest speed that forces other than contacts and links gave a point of it
   };
   using Members = std::map<std::uint32_t, Member>;
 
@@ -273,6 +283,7 @@ class ContactChecker {
                                        {},
                                        {},
                                        0,
+                                       0,
                                        0}});
     }
     return members;
@@ -309,6 +320,9 @@ class ContactChecker {
       const auto member = members.find(row.body);
       if (member == members.end()) continue;
       has_wrench.insert(row.body);
+      member->second.kick = norm(row.impulse) / data_.bodies[row.body].mass +
+                            recording_.bodies[row.body].bounding_radius *
+                                norm(member->second.inertia.turn(row.angular));
       add(member->second, row.impulse, row.angular);
     }
     if (change.kind == Change::Kind::Impact) return;
@@ -319,6 +333,7 @@ class ContactChecker {
       if (has_wrench.contains(k)) continue;
       if (body.material(change.begin).has_wrench)
         fault(change, k, k, "nothing says what its own wrench did");
+      member.kick = half * norm(gravity);
       add(member, on_free_axes((half * body.mass) * gravity, body.locked_translation), {});
     }
   }
@@ -366,20 +381,23 @@ class ContactChecker {
     law_.angular.take(angular <= 0 ? 0 : ratio(angular, member.angular_size), t, k, k);
   }
 
-  // Velocity of a body's point before and after a change; none if its motion is not known.
-  struct Rates {
-    Vec before;
-    Vec after;
+  // Velocities of a body before and after a change; none if its motion is not known.
+  struct Twists {
+    Vec center;  // of mass
+    Velocity before;
+    Velocity after;
+
+    Vec rate_before(const Vec& p) const { return before.v + cross(before.w, p - center); }
+    Vec rate_after(const Vec& p) const { return after.v + cross(after.w, p - center); }
   };
-  std::optional<Rates> rates(const Change& change, std::uint32_t k, const Vec& p,
-                             const Members& members) const {
-    const auto member = members.find(k);
-    if (member != members.end()) {
-      const Vec arm = p - member->second.center;
-      const auto rate = [&](const Momentum& m) {
-        return m.v + cross(member->second.inertia.turn(m.L), arm);
-      };
-      return Rates{rate(member->second.before), rate(member->second.after)};
+  std::optional<Twists> twists(const Change& change, std::uint32_t k,
+                               const Members& members) const {
+    const auto found = members.find(k);
+    if (found != members.end()) {
+      const Member& member = found->second;
+      return Twists{member.center,
+                    {member.before.v, member.inertia.turn(member.before.L)},
+                    {member.after.v, member.inertia.turn(member.after.L)}};
     }
     const RecordedBody& body = recording_.bodies[k];
     const double t = change.time();
@@ -393,9 +411,23 @@ class ContactChecker {
       const double tau = change.end - change.begin;
       velocity = {(1 / tau) * (Y.p - X.p), (1 / tau) * rotation_vector(Y.R * transpose(X.R))};
     }
-    const Vec v = velocity.v + cross(velocity.w, p - X.p);
-    return Rates{v, v};
+    const Vec center = X * body.center_of_mass;
+    velocity.v = velocity.v + cross(velocity.w, center - X.p);
+    return Twists{center, velocity, velocity};
   }
+
+  // Work of an impulse and an angular impulse about the centre of mass.
+  static double work(const Twists& body, const Vec& impulse, const Vec& angular) {
+    return (dot(impulse, body.before.v + body.after.v) +
+            dot(angular, body.before.w + body.after.w)) /
+           2;
+  }
+
+  // Of two points of a contact, relative.
+  struct Rates {
+    Vec before;
+    Vec after;
+  };
 
   void check_contacts_of(const Change& change, const Members& members) {
     double largest = 0;
@@ -407,23 +439,31 @@ class ContactChecker {
       fastest = std::max({fastest, norm(member.before.v), norm(member.after.v),
                           ratio(member.size, data_.bodies[k].mass)});
     }
-    double work = 0;
+    double done = 0;  // work
     bool has_all = true;
     for (const ContactRow& row : change.contacts) {
       check_cone(change, row, largest);
-      const auto a = rates(change, row.a, row.p, members);
-      const auto b = rates(change, row.b, row.p, members);
+      const auto a = twists(change, row.a, members);
+      const auto b = twists(change, row.b, members);
       if (!a || !b) {
         ++law_.without_law;
         has_all = false;
         continue;
       }
-      const Rates rate{b->before - a->before, b->after - a->after};
-      work += dot(row.impulse, rate.before + rate.after) / 2;
+      const Rates rate{b->rate_before(row.p) - a->rate_before(row.p),
+                       b->rate_after(row.p) - a->rate_after(row.p)};
+      done += dot(row.impulse, rate.before + rate.after) / 2;
       check_signorini(change, row, rate, fastest, largest);
     }
+    for (const LinkRow& row : change.links) {
+      const auto a = twists(change, row.a, members);
+      const auto b = twists(change, row.b, members);
+      has_all = has_all && a && b;
+      if (a && b)
+        done += work(*a, -1.0 * row.impulse, row.angular_a) + work(*b, row.impulse, row.angular_b);
+    }
     if (has_all && change.kind == Change::Kind::Impact) {
-      law_.energy.take(work <= 0 ? 0 : ratio(work, energy), change.end,
+      law_.energy.take(done <= 0 ? 0 : ratio(done, energy), change.end,
                        change.contacts.empty() ? 0 : change.contacts.front().a,
                        change.contacts.empty() ? 0 : change.contacts.front().b);
     }
@@ -460,23 +500,129 @@ class ContactChecker {
     law_.restitution.take(more <= 0 ? 0 : ratio(more, std::abs(approach)), t, row.a, row.b);
   }
 
-  // Bodies move along twists that may also recover gaps.
+  // The velocity of a body's centre of mass, and its angular one, on the twist that it follows in a
+  // substep and as the change left it.
+  struct Motions {
+    Velocity moved;
+    Velocity left;
+  };
+  std::optional<Motions> motions(const Change& change, std::uint32_t k,
+                                 const Member& member) const {
+    const RecordedBody& body = recording_.bodies[k];
+    const Segment* segment = body.segment(change.begin);
+    if (segment == nullptr) return std::nullopt;
+    const Velocity moved = velocity_at(*segment, change.begin);
+    const Vec arm = segment->pose(change.begin).R * body.center_of_mass;
+    return Motions{
+        {moved.v + cross(moved.w, arm), on_free_axes(moved.w, data_.bodies[k].locked_rotation)},
+        {member.after.v, member.inertia.turn(member.after.L)}};
+  }
+
+  // Bodies move along twists that may also recover gaps and close joints.
   void check_moves(const Change& change, const Members& members) {
+    const double tau = change.end - change.begin;
+    const double most = kLevers * needed_recovery(change, members);
     for (const auto& [k, member] : members) {
+      const auto motion = motions(change, k, member);
+      if (!motion) continue;
       const RecordedBody& body = recording_.bodies[k];
-      const Segment* segment = body.segment(change.begin);
-      if (segment == nullptr) continue;
-      if (segment->begin > change.begin || segment->is_flight())
+      const Segment& segment = *body.segment(change.begin);
+      if (segment.begin > change.begin || segment.is_flight())
         fault(change, k, k, "its motion is not that of a substep");
-      const Momentum moved = momentum_at(body, data_.bodies[k], *segment, change.begin);
-      const double tau = change.end - change.begin;
-      law_.recovery.take(tau * norm(moved.v - member.after.v), change.begin, k, k);
+      const auto& [moved, left] = *motion;
+      const double way =
+          tau * (norm(moved.v - left.v) + body.bounding_radius * norm(moved.w - left.w));
+      law_.recovery.take(ratio(way, most), change.begin, k, k);
+      if (way <= most) continue;
+      std::ostringstream text;
+      text << "its way in a substep differs by " << way
+           << " from what its velocity says, and gaps and joints need at most " << most;
+      fault(change, k, k, text.str());
     }
+  }
+
+  // How far recovery must move one of the bodies of a substep if there are no levers: from one to
+  // the next each gap opens by a rest offset, and each joint closes by its error.
+  double needed_recovery(const Change& change, const Members& members) const {
+    double sum = 0;
+    for (const auto& [k, member] : members) {
+      sum += rest_offset(k, change.begin) + bend(change, k, member);
+      // What ended before the step that it was solved for has got too much of the forces' impulse.
+      const double missing = data_.longest_advance - (change.end - change.begin);
+      sum += std::max(missing, 0.0) * member.kick;
+      sum += joints_recovery(change, k, members);
+    }
+    return sum + parting(change, members);
+  }
+
+  double rest_offset(std::uint32_t k, double t) const {
+    const double own = at_time(data_.rules, t).rest_offset;
+    if (own > 0) return own;
+    const double target = at_time(recording_.rules, t).target_distance.value_or(0);
+    return kRestOffset * std::max(target, kDefaultTarget * recording_.bodies[k].bounding_radius);
+  }
+
+  // How far a turn bends the ways of a body's points: one that recovery neither made nor undid.
+  double bend(const Change& change, std::uint32_t k, const Member& member) const {
+    const auto motion = motions(change, k, member);
+    if (!motion) return 0;
+    const double tau = change.end - change.begin;
+    const double turn = tau * std::min(norm(motion->moved.w), norm(motion->left.w));
+    return turn * turn * recording_.bodies[k].bounding_radius;
+  }
+
+  // Joints of one body that are not counted with another.
+  double joints_recovery(const Change& change, std::uint32_t k, const Members& members) const {
+    const RuleLaw& rules = at_time(data_.rules, change.begin);
+    const auto joints = rules.joints_at.find(recording_.bodies[k].slot);
+    if (joints == rules.joints_at.end()) return 0;
+    double sum = 0;
+    for (const JointLaw& joint : joints->second) {
+      const std::uint32_t a = recording_.body_at(joint.a, change.begin);
+      if (k != a && members.contains(a)) continue;
+      sum += joint_recovery(joint, a, recording_.body_at(joint.b, change.begin), change.begin);
+    }
+    return sum;
+  }
+
+  // By pairs that began too near.
+  double parting(const Change& change, const Members& members) const {
+    const auto speed = at_time(data_.rules, change.begin).separation_speed;
+    double sum = 0;
+    for (const auto& [pair, spans] : recording_.uncertified) {
+      const std::uint32_t a = recording_.body_at(pair.first, change.begin);
+      const std::uint32_t b = recording_.body_at(pair.second, change.begin);
+      if (!members.contains(a) && !members.contains(b)) continue;
+      if (!recording_.is_uncertified(a, b, change.begin)) continue;
+      sum += speed ? (change.end - change.begin) * *speed : kRecoveredPart * smaller_radius(a, b);
+    }
+    return sum;
+  }
+
+  // Where links stand in a line, they must give way sideways by more than the error: a link of
+  // length L between two others by sqrt(2 error L).
+  double joint_recovery(const JointLaw& joint, std::uint32_t a, std::uint32_t b, double t) const {
+    double longest = 0;
+    for (const std::uint32_t k : {a, b}) {
+      const RecordedBody& body = recording_.bodies[k];
+      if (body.is_dynamic) longest = std::max(longest, body.bounding_radius);
+    }
+    const double radius = smaller_radius(a, b);
+    double error = kRecoveredPart * radius;
+    const Segment* motion_a = recording_.bodies[a].segment(t);
+    const Segment* motion_b = recording_.bodies[b].segment(t);
+    if (motion_a != nullptr && motion_b != nullptr && !joint.has_more)
+      error = std::min(error, joint.error(motion_a->pose(t), motion_b->pose(t), radius));
+    return std::sqrt(2 * error * longest);
+  }
+
+  double smaller_radius(std::uint32_t a, std::uint32_t b) const {
+    return std::min(recording_.bodies[a].bounding_radius, recording_.bodies[b].bounding_radius);
   }
 
   void throw_fault(const char* what) const { throw BadFile(what); }
 
-  void fault(const Change& change, std::uint32_t a, std::uint32_t b, const char* what) {
+  void fault(const Change& change, std::uint32_t a, std::uint32_t b, const std::string& what) {
     if (law_.fault_count++ >= std::int64_t(kMostFaults)) return;
     std::string text = recording_.bodies[a].name;
     if (b != a) text += " and " + recording_.bodies[b].name;

@@ -58,13 +58,14 @@ struct ContactLaw {
   Worst complementarity;
   /// Target above restitution times approach, in impacts, over the approach.
   Worst restitution;
-  /// Work of the contacts of a change on the bodies, where it is positive, over kinetic energy.
+  /// Work of the impulses of an impact on the bodies, where it is positive, over kinetic energy.
   Worst energy;
-  /// How far a body moved in a substep beyond what its velocity says: gaps recover. Length.
+  /// By how much the way of a body's points in a substep differs from what its velocity says, as
+  /// gaps recover and joints close, over the most that these need.
   Worst recovery;
   /// Speed that a body lost when it fell asleep.
   Worst sleep;
-  /// What cannot be measured: an impulse on a body that did not change, a wrong coefficient.
+  /// An impulse on a body that did not change, a wrong coefficient, more recovery than needed.
   std::vector<std::string> faults;  ///< the first ten
   std::int64_t fault_count = 0;
   /// Balances to 1e-9, no velocity jumps, no impulse is outside its cone, no restitution or energy

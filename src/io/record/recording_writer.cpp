@@ -167,6 +167,8 @@ Json joint_json(const JointId& id, const JointDefinition& joint) {
 Json rules_json(const World& world, Scalar from) {
   Json json{{"from", from},
             {"target_distance", optional_json(world.options().target_distance)},
+            {"rest_offset", optional_json(world.options().rest_offset)},
+            {"separation_speed", optional_json(world.options().separation_speed)},
             {"gravity", list_of(world.gravity())},
             {"combine_friction", word_of(world.options().combine_friction)},
             {"combine_restitution", word_of(world.options().combine_restitution)},
@@ -331,7 +333,7 @@ struct RecordingWriter::Impl {
   void put_impact(const ImpactEvent& impact);
   void put_pairs(const std::vector<PairRecord>& records);
   void put_events(const AdvanceReport& report);
-  void put_rules(const World& world);
+  void put_rules(const AdvanceReport& report, const World& world);
   void put_change(const VelocityChange& change);
   void put_frame(const AdvanceReport& report, io_internal::FrameRow row);
   void flush();
@@ -345,6 +347,7 @@ struct RecordingWriter::Impl {
   std::vector<bool> has_wrench;                     // by slot
   std::vector<io_internal::KnownMomentum> momenta;  // by slot
   std::optional<std::uint64_t> rules_version;       // of the last line of /rules
+  Json last_joints = Json::array();                 // of that line
   std::set<std::pair<BodyId, BodyId>> pairs_at_rest;
   Scalar time = 0;  // committed
   AdvanceStatus status = AdvanceStatus::NotRun;
@@ -508,10 +511,26 @@ void RecordingWriter::Impl::put_events(const AdvanceReport& report) {
   }
 }
 
-void RecordingWriter::Impl::put_rules(const World& world) {
+void RecordingWriter::Impl::put_rules(const AdvanceReport& report, const World& world) {
   if (rules_version == world.rules_version()) return;
   rules_version = world.rules_version();
-  output.rules.add_all(rules_json(world, time).dump() + '\n');
+  Json rules = rules_json(world, time);
+  const Json joints = std::exchange(last_joints, rules["joints"]);
+  // A joint that broke held until then.
+  const auto number_of = [](const Json& joint) { return joint["number"].get<std::uint64_t>(); };
+  std::map<std::uint64_t, Scalar> broken;
+  for (const BrokenJoint& joint : report.broken_joints) broken[joint.joint.number] = joint.t;
+  std::set<Scalar> changes{time};
+  for (const auto& [number, t] : broken) changes.insert(t);
+  for (const Scalar from : changes) {
+    rules["from"] = from;
+    rules["joints"] = last_joints;
+    for (const Json& joint : joints) {
+      const auto found = broken.find(number_of(joint));
+      if (found != broken.end() && found->second > from) rules["joints"].push_back(joint);
+    }
+    output.rules.add_all(rules.dump() + '\n');
+  }
 }
 
 void RecordingWriter::Impl::put_change(const VelocityChange& change) {
@@ -584,7 +603,7 @@ RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = defaul
 
 void RecordingWriter::write(const AdvanceReport& report, const World& world) {
   for (const BodyId& id : world.bodies()) impl_->put_body(id, world.body(id));
-  impl_->put_rules(world);
+  impl_->put_rules(report, world);
   if (impl_->options.pairs != PairDetail::None) impl_->put_pairs(world.pairs());
   io_internal::FrameRow row{};
   row.kinetic_energy = world.kinetic_energy();
