@@ -44,9 +44,13 @@ std::string times(std::int64_t count) {
   return count == 1 ? "once" : std::to_string(count) + " times";
 }
 
+void print_more(std::ostream& out, std::int64_t count) {
+  if (count > 0) out << "  ... and " << count << " more\n";
+}
+
 void print_findings(std::ostream& out, const Recording& recording, const char* word,
-                    const std::vector<Finding>& findings, std::int64_t count) {
-  for (const Finding& finding : findings) {
+                    const Findings<Finding>& findings) {
+  for (const Finding& finding : findings.listed) {
     out << "  " << word << ": " << printable(recording.bodies[finding.a].name) << " and "
         << printable(recording.bodies[finding.b].name);
     if (std::string(word) == "refuted") {
@@ -56,8 +60,7 @@ void print_findings(std::ostream& out, const Recording& recording, const char* w
       out << " from t = " << finding.begin << " to " << finding.end << '\n';
     }
   }
-  if (count > std::int64_t(findings.size()))
-    out << "  ... and " << count - std::int64_t(findings.size()) << " more\n";
+  print_more(out, findings.count - std::int64_t(findings.listed.size()));
 }
 
 void print_enclosures(std::ostream& out, const Recording& recording) {
@@ -79,17 +82,17 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
       out << "  distances asked of near pairs: " << verdict.least_target << " to "
           << verdict.largest_target << '\n';
     }
-  } else if (verdict.refuted_count + verdict.jump_count > 0) {
+  } else if (verdict.is_refuted()) {
     out << "REFUTED\n";
   } else {
     out << "undecided\n";
   }
-  for (const Jump& jump : verdict.jumps) {
+  for (const Jump& jump : verdict.jumps.listed) {
     out << "  jump: " << printable(recording.bodies[jump.body].name) << " by " << jump.length
         << " at t = " << jump.t << '\n';
   }
-  print_findings(out, recording, "refuted", verdict.refuted, verdict.refuted_count);
-  print_findings(out, recording, "undecided", verdict.undecided, verdict.undecided_count);
+  print_findings(out, recording, "refuted", verdict.refuted);
+  print_findings(out, recording, "undecided", verdict.undecided);
   print_enclosures(out, recording);
   if (verdict.uncertified > 0) {
     out << "  not proven for " << recording.uncertified.size()
@@ -105,8 +108,8 @@ int print_verdict(std::ostream& out, const Recording& recording, const Verdict& 
   out << "work       " << verdict.pairs << " pairs of bodies, " << recording.steps.size()
       << " steps, " << verdict.intervals << " intervals of near pairs, " << verdict.node_pairs
       << " node pairs\n";
-  if (verdict.refuted_count + verdict.jump_count > 0) return 1;
-  return verdict.undecided_count > 0 ? 3 : 0;
+  if (verdict.is_refuted()) return 1;
+  return verdict.undecided.count > 0 ? 3 : 0;
 }
 
 void print_worst(std::ostream& out, const Recording& recording, const char* what,
@@ -148,32 +151,30 @@ void print_contacts(std::ostream& out, const Recording& recording, const Contact
   for (const std::string& fault : law.faults) out << "  FAULT: " << printable(fault) << '\n';
 }
 
-void print_findings(std::ostream& out, const char* word, const std::vector<HapticFinding>& findings,
-                    std::int64_t count) {
-  for (const HapticFinding& finding : findings) {
+void print_findings(std::ostream& out, const char* word, const Findings<HapticFinding>& findings) {
+  for (const HapticFinding& finding : findings.listed) {
     out << "  " << word << ": " << printable(finding.a) << " and " << printable(finding.b)
         << " in tick " << finding.tick;
     if (std::string(word) == "refuted")
       out << " are at most " << finding.distance << " apart, the margin is " << finding.margin;
     out << '\n';
   }
-  if (count > std::int64_t(findings.size()))
-    out << "  ... and " << count - std::int64_t(findings.size()) << " more\n";
+  print_more(out, findings.count - std::int64_t(findings.listed.size()));
 }
 
 int print_verdict(std::ostream& out, const HapticRecording& recording,
                   const HapticVerdict& verdict) {
   out.precision(10);
-  const bool is_proven = verdict.refuted_count + verdict.undecided_count == 0;
+  const bool is_proven = verdict.refuted.count + verdict.undecided.count == 0;
   const bool has_exceptions = verdict.leaving + verdict.crossing > 0;
   if (is_proven) {
     out << "geometry   proven: every part of a tool " << (has_exceptions ? "but those below " : "")
         << "keeps its margin in every motion of " << recording.tick_count << " ticks\n";
   } else {
-    out << "geometry   " << (verdict.refuted_count > 0 ? "REFUTED\n" : "undecided\n");
+    out << "geometry   " << (verdict.refuted.count > 0 ? "REFUTED\n" : "undecided\n");
   }
-  print_findings(out, "refuted", verdict.refuted, verdict.refuted_count);
-  print_findings(out, "undecided", verdict.undecided, verdict.undecided_count);
+  print_findings(out, "refuted", verdict.refuted);
+  print_findings(out, "undecided", verdict.undecided);
   for (const auto& [part, obstacle] : find_enclosures(recording)) {
     out << "  inside: " << printable(part) << " begins within the surface of "
         << printable(obstacle) << '\n';
@@ -197,8 +198,8 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
   if (!recording.is_complete) out << "  the run has no end: it goes on, or was killed\n";
   out << "work       " << verdict.motions << " motions, " << verdict.proven
       << " pairs of bodies proven, " << verdict.node_pairs << " node pairs\n";
-  if (verdict.refuted_count > 0) return 1;
-  return verdict.undecided_count > 0 ? 3 : 0;
+  if (verdict.refuted.count > 0) return 1;
+  return verdict.undecided.count > 0 ? 3 : 0;
 }
 
 }  // namespace

@@ -1,19 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/enclosure.h"
 
+#include <array>
+#include <map>
+
 namespace dyop_check {
 namespace {
 
 constexpr double kInside = 0.5;  // turns; a closed surface has whole ones
 
-// One point of each connected part of a body. A half-space is inside of nothing.
+// Of a mesh, mostly: a hull of three points is within nothing either.
+bool is_triangle(const Piece& piece) {
+  return piece.kind == Piece::Kind::Points && piece.points.size() == 3 && piece.radius == 0;
+}
+
+// Sets of numbers that are joined one by one.
+class Joined {
+ public:
+  std::size_t add() {
+    parents_.push_back(parents_.size());
+    return parents_.back();
+  }
+  std::size_t root(std::size_t k) {
+    while (parents_[k] != k) k = parents_[k] = parents_[parents_[k]];
+    return k;
+  }
+  void join(std::size_t a, std::size_t b) { parents_[root(a)] = root(b); }
+
+ private:
+  std::vector<std::size_t> parents_;
+};
+
+// One point of each connected part of a body; triangles hang together at the same corners. A
+// half-space is inside of nothing.
 std::vector<Vec> points_of(const Body& body) {
   std::vector<Vec> points;
   if (body.half_space()) return points;
-  std::set<std::int64_t> known;
+  std::map<std::array<double, 3>, std::size_t> numbers;
+  Joined corners;
+  const auto number_of = [&](const Vec& p) {
+    const auto [found, is_new] = numbers.try_emplace({p.x, p.y, p.z}, 0);
+    if (is_new) found->second = corners.add();
+    return found->second;
+  };
   for (const Piece& piece : body.pieces) {
-    if (piece.surface >= 0 && !known.insert(piece.surface).second) continue;
-    points.push_back(piece.core_support({1, 0, 0}));
+    if (!is_triangle(piece)) {
+      points.push_back(piece.core_support({1, 0, 0}));
+      continue;
+    }
+    for (const Vec& corner : piece.points)
+      corners.join(number_of(corner), number_of(piece.points[0]));
+  }
+  for (const auto& [p, number] : numbers) {
+    if (corners.root(number) == number) points.push_back({p[0], p[1], p[2]});
   }
   return points;
 }
@@ -33,7 +72,7 @@ double turn_of(const Vec& a, const Vec& b, const Vec& c) {
 double turns_around(const Body& body, const Vec& p) {
   double turns = 0;
   for (const Piece& piece : body.pieces) {
-    if (piece.surface < 0) continue;
+    if (!is_triangle(piece)) continue;
     turns += turn_of(piece.points[0] - p, piece.points[1] - p, piece.points[2] - p);
   }
   return turns;
@@ -57,13 +96,14 @@ bool is_in_box(const Node& box, const Vec& p) {
   return std::abs(d.x) <= box.half.x && std::abs(d.y) <= box.half.y && std::abs(d.z) <= box.half.z;
 }
 
-bool encloses(const RecordedBody& outer, const RecordedBody& inner, double t) {
+bool encloses(const RecordedBody& outer, const RecordedBody& inner,
+              const std::vector<Vec>& points_of_inner, double t) {
   const Segment* of_outer = outer.segment(t);
   const Segment* of_inner = inner.segment(t);
   if (of_outer == nullptr || of_inner == nullptr) return false;
   const Pose X = of_outer->pose(t);
   const Pose Y = of_inner->pose(t);
-  for (const Vec& point : points_of(*inner.shape)) {
+  for (const Vec& point : points_of_inner) {
     const Vec p = transposed(X.R, Y * point - X.p);
     if (is_in_box(outer.shape->nodes[0], p) && std::abs(turns_around(*outer.shape, p)) > kInside)
       return true;
@@ -83,17 +123,23 @@ std::set<double> beginnings(const RecordedBody& body, double begin) {
 std::vector<Enclosure> find_enclosures(const Recording& recording) {
   std::vector<Enclosure> found;
   const auto count = std::uint32_t(recording.bodies.size());
+  std::map<const Body*, std::vector<Vec>> points;
+  const auto points_once = [&](const Body& body) -> const std::vector<Vec>& {
+    const auto [at, is_new] = points.try_emplace(&body);
+    if (is_new) at->second = points_of(body);
+    return at->second;
+  };
   for (std::uint32_t outer = 0; outer < count; ++outer) {
     const RecordedBody& mesh = recording.bodies[outer];
     const auto& pieces = mesh.shape->pieces;
-    if (std::all_of(pieces.begin(), pieces.end(), [](const Piece& p) { return p.surface < 0; }))
-      continue;
+    if (std::none_of(pieces.begin(), pieces.end(), is_triangle)) continue;
     for (std::uint32_t inner = 0; inner < count; ++inner) {
       std::set<double> times = beginnings(recording.bodies[inner], recording.begin);
       times.merge(beginnings(mesh, recording.begin));
       for (const double t : times) {
         if (!recording.is_tested(outer, inner, at_time(recording.rules, t)) ||
-            !encloses(mesh, recording.bodies[inner], t))
+            !encloses(mesh, recording.bodies[inner], points_once(*recording.bodies[inner].shape),
+                      t))
           continue;
         found.push_back({inner, outer, t});
         break;

@@ -36,8 +36,7 @@ struct Moving {
 
 // A pair of bodies, from motion to motion.
 struct PairState {
-  std::vector<NodePair> front{NodePair{}};
-  int proofs = 0;
+  Front front;
   bool is_proven_here = false;  // where both are now
 };
 
@@ -219,8 +218,7 @@ class HapticChecker {
     const double margin = options_.scale * question.margin;
     pair.is_proven_here = false;
     HapticFinding finding{question.a, question.b, question.tick, 0, margin};
-    if (!a.is_known || !b.is_known)
-      return note(verdict_.undecided, verdict_.undecided_count, finding);
+    if (!a.is_known || !b.is_known) return verdict_.undecided.add(finding);
     PairProver prover(a.passage, b.passage, margin, most_node_pairs_);
     Answer answer = prove(prover, pair);
     if (answer == Answer::Proven) {
@@ -243,24 +241,16 @@ class HapticChecker {
       finding.distance = apart.refuted_distance();
       finding.margin = 0;
     }
-    if (answer == Answer::Refuted) return note(verdict_.refuted, verdict_.refuted_count, finding);
+    if (answer == Answer::Refuted) return verdict_.refuted.add(finding);
     // The run is not proven then: the rest is worth less work.
     most_node_pairs_ = std::min(most_node_pairs_, kMuchWork);
-    note(verdict_.undecided, verdict_.undecided_count, finding);
+    verdict_.undecided.add(finding);
   }
 
   Answer prove(PairProver& prover, PairState& pair) {
-    if (pair.proofs++ % kFreshStart == 0) pair.front = {{0, 0, pair.front.front().direction}};
-    const Answer answer = prover.prove(pair.front);
-    if (answer != Answer::Proven) pair.proofs = 0;
+    const Answer answer = pair.front.prove(prover);
     verdict_.node_pairs += prover.node_pairs();
     return answer;
-  }
-
-  static void note(std::vector<HapticFinding>& findings, std::int64_t& count,
-                   const HapticFinding& finding) {
-    ++count;
-    if (findings.size() < kMostFindings) findings.push_back(finding);
   }
 
   const HapticRecording& recording_;

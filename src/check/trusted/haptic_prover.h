@@ -28,10 +28,8 @@ struct HapticVerdict {
   std::int64_t placed = 0;    ///< times tools were put elsewhere, the start included
   std::int64_t replaced = 0;  ///< meshes put in the place of others
   std::int64_t node_pairs = 0;
-  std::vector<HapticFinding> refuted;    ///< the first hundred
-  std::vector<HapticFinding> undecided;  ///< the first hundred
-  std::int64_t refuted_count = 0;
-  std::int64_t undecided_count = 0;
+  Findings<HapticFinding> refuted;
+  Findings<HapticFinding> undecided;
 };
 
 /// Proves that every part of every tool keeps its margin from every tissue, hard region and part of

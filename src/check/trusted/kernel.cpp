@@ -7,6 +7,7 @@ namespace dyop_check {
 namespace {
 
 constexpr int kMostHalvings = 48;
+constexpr int kFreshStart = 16;    // proofs after which a pair starts again at the roots
 constexpr double kRounded = 1e-9;  // literal: more than the rounding of distances, relative
 
 // The largest d.x over a node.
@@ -200,6 +201,13 @@ Answer PairProver::open(const Window& w, const NodePair& pair, int halvings,
     if (answer != Answer::Proven) return answer;
   }
   return Answer::Proven;
+}
+
+Answer Front::prove(PairProver& prover) {
+  if (proofs_++ % kFreshStart == 0) pairs_ = {{0, 0, pairs_.front().direction}};
+  const Answer answer = prover.prove(pairs_);
+  if (answer != Answer::Proven) proofs_ = 0;
+  return answer;
 }
 
 }  // namespace dyop_check

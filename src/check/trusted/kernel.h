@@ -111,4 +111,15 @@ class PairProver {
   double refuted_distance_ = 0;
 };
 
+/// A pair of bodies, from one interval to the next.
+class Front {
+ public:
+  /// Tries the pairs of nodes that proved the last interval first.
+  Answer prove(PairProver& prover);
+
+ private:
+  std::vector<NodePair> pairs_{NodePair{}};
+  int proofs_ = 0;
+};
+
 }  // namespace dyop_check

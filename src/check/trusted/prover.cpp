@@ -6,12 +6,6 @@
 namespace dyop_check {
 namespace {
 
-// A cut through the pairs of nodes of two trees, and for how many proofs it has served.
-struct Front {
-  std::vector<NodePair> pairs{NodePair{}};
-  int proofs = 0;
-};
-
 // A body within a step: how it passes through it, one segment after another, and the box of the
 // balls about its centre of mass. A passage without a segment: its motion is not supported.
 struct Sweep {
@@ -70,8 +64,7 @@ class Checker {
       for (std::size_t i = 0; i < 9; ++i)
         jump = std::max(jump, std::abs(X.R.m[i] - Y.R.m[i]) * body.shape->size);
       if (jump <= kJoin * (norm(X.p) + body.shape->size)) continue;
-      ++verdict_.jump_count;
-      if (verdict_.jumps.size() < kMostFindings) verdict_.jumps.push_back({k, after.begin, jump});
+      verdict_.jumps.add({k, after.begin, jump});
     }
   }
 
@@ -161,14 +154,11 @@ class Checker {
     verdict_.least_target = std::min(verdict_.least_target, target);
     verdict_.largest_target = std::max(verdict_.largest_target, target);
     Finding finding{a, b, std::max(p.begin, q.begin), std::min(p.end, q.end), 0, target};
-    if (p.segment == nullptr || q.segment == nullptr) return note_undecided(finding);
+    if (p.segment == nullptr || q.segment == nullptr) return verdict_.undecided.add(finding);
     const bool both_rest = p.segment->rests() && q.segment->rests();
     if (both_rest && resting_[{a, b}] == std::pair(p.segment, q.segment)) return;
     PairProver prover(p, q, target, options_.most_node_pairs);
-    Front& front = fronts_[{a, b}];
-    if (front.proofs++ % kFreshStart == 0) front.pairs = {{0, 0, front.pairs.front().direction}};
-    const Answer answer = prover.prove(front.pairs);
-    if (answer != Answer::Proven) front.proofs = 0;
+    const Answer answer = fronts_[{a, b}].prove(prover);
     verdict_.node_pairs += prover.node_pairs();
     if (answer == Answer::Proven) {
       ++verdict_.intervals;
@@ -178,16 +168,10 @@ class Checker {
     } else if (answer == Answer::Refuted) {
       finding.begin = prover.refuted_at();
       finding.distance = prover.refuted_distance();
-      ++verdict_.refuted_count;
-      if (verdict_.refuted.size() < kMostFindings) verdict_.refuted.push_back(finding);
+      verdict_.refuted.add(finding);
     } else {
-      note_undecided(finding);
+      verdict_.undecided.add(finding);
     }
-  }
-
-  void note_undecided(const Finding& finding) {
-    ++verdict_.undecided_count;
-    if (verdict_.undecided.size() < kMostFindings) verdict_.undecided.push_back(finding);
   }
 
   const Recording& recording_;

@@ -10,8 +10,17 @@
 /// Which pairs of bodies are proven over which intervals. TRUSTED.
 namespace dyop_check {
 
-inline constexpr std::size_t kMostFindings = 100;  ///< that are listed
-inline constexpr int kFreshStart = 16;  ///< proofs after which a pair starts again at the roots
+/// All are counted, the first hundred are listed.
+template <typename T>
+struct Findings {
+  std::int64_t count = 0;
+  std::vector<T> listed;
+
+  void add(const T& found) {
+    constexpr std::int64_t kMost = 100;
+    if (count++ < kMost) listed.push_back(found);
+  }
+};
 
 /// A pair, an interval and what was found in it.
 struct Finding {
@@ -37,14 +46,12 @@ struct Verdict {
   std::int64_t node_pairs = 0;
   double least_target = kInfinity;  ///< of near pairs
   double largest_target = 0;
-  std::vector<Finding> refuted;    ///< the first hundred
-  std::vector<Finding> undecided;  ///< the first hundred
-  std::vector<Jump> jumps;         ///< the first hundred
-  std::int64_t jump_count = 0;
-  std::int64_t refuted_count = 0;
-  std::int64_t undecided_count = 0;
+  Findings<Finding> refuted;
+  Findings<Finding> undecided;
+  Findings<Jump> jumps;
 
-  bool is_proven() const { return refuted_count == 0 && jump_count == 0 && undecided_count == 0; }
+  bool is_refuted() const { return refuted.count + jumps.count > 0; }
+  bool is_proven() const { return !is_refuted() && undecided.count == 0; }
 };
 
 struct CheckOptions {

@@ -25,8 +25,6 @@ struct Piece {
   Vec size;  ///< Discs, Balls: radius below and above, half the length; Ellipsoid: semi-axes
   Vec normal;
   double offset = 0;
-  /// Triangles of one mesh that hang together have one number; -1: a solid.
-  std::int64_t surface = -1;
 
   /// The point of the core that is farthest along d.
   Vec core_support(const Vec& d) const;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/trusted/shape_reader.h"
 
-#include <numeric>
-
 #include "check/trusted/segments.h"
 
 namespace dyop_check {
@@ -127,23 +125,14 @@ std::vector<Piece> ShapeReader::triangles_of(const Json& line) const {
   const std::size_t count = index_of(line.at("triangle_count"), triangles_.size() + 1);
   if (count == 0 || first + count > triangles_.size() / 3)
     throw BadFile("a mesh has no triangles, or they are out of range");
+  const std::size_t vertex_count = index_of(line.at("vertex_count"), vertices_.size() + 1);
   std::vector<Piece> pieces(count);
-  std::vector<std::size_t> same(index_of(line.at("vertex_count"), vertices_.size() + 1));
-  std::iota(same.begin(), same.end(), 0);  // a vertex to another one of its surface
-  const auto root = [&](std::size_t v) {
-    while (same[v] != v) v = same[v] = same[same[v]];
-    return v;
-  };
-  const auto corner = [&](std::size_t k) {
-    const std::int32_t v = triangles_[3 * first + k];
-    if (v < 0 || std::size_t(v) >= same.size()) throw BadFile("a triangle is out of range");
-    return std::size_t(v);
-  };
   for (std::size_t k = 0; k < 3 * count; ++k) {
-    pieces[k / 3].points.push_back(vertex(first_vertex + corner(k)));
-    same[root(corner(k))] = root(corner(k - k % 3));
+    const std::int32_t corner = triangles_[3 * first + k];
+    if (corner < 0 || std::size_t(corner) >= vertex_count)
+      throw BadFile("a triangle is out of range");
+    pieces[k / 3].points.push_back(vertex(first_vertex + std::size_t(corner)));
   }
-  for (std::size_t k = 0; k < count; ++k) pieces[k].surface = std::int64_t(root(corner(3 * k)));
   return pieces;
 }
 
@@ -152,17 +141,11 @@ std::vector<Piece> ShapeReader::children_of(std::size_t shape, int depth) const 
   constexpr std::size_t kMostPieces = 5'000'000;
   if (depth > kMostNested) throw BadFile("compounds are nested too deeply");
   std::vector<Piece> all;
-  std::int64_t next_surface = 0;  // those of children are kept apart
   for (const Json& child : lines_[shape].at("children").list) {
     const std::size_t number = index_of(child.at("shape"), lines_.size());
     if (number >= shape) throw BadFile("a compound contains what comes after it");
     const Pose pose = pose_of(child.at("X_CS"));
-    const std::int64_t offset = next_surface;
-    for (Piece& piece : pieces(number, depth + 1)) {
-      if (piece.surface >= 0) piece.surface += offset;
-      next_surface = std::max(next_surface, piece.surface + 1);
-      all.push_back(placed(pose, std::move(piece)));
-    }
+    for (Piece& piece : pieces(number, depth + 1)) all.push_back(placed(pose, std::move(piece)));
     if (all.size() > kMostPieces) throw BadFile("a compound has too many pieces");
   }
   if (all.empty()) throw BadFile("a compound has no children");
