@@ -144,6 +144,12 @@ mistake missing_ticks_not_noticed src/check/trusted/haptic_prover.cpp check '*' 
   'recording_.is_whole(last_.tick, next.tick)' 'true'
 mistake ends_of_ticks_not_compared src/check/trusted/haptic_recording.cpp check '*' \
   'throw BadFile("tick " + std::to_string(numbers[k]) + " ends elsewhere than its motions");' 'continue;'
+mistake any_recovery_allowed src/check/laws/laws.cpp check '*' \
+  'return kLevers * gaps + joints;' 'return kInfinity;'
+mistake recovery_needed_by_none src/check/laws/laws.cpp check '*' \
+  'return kLevers * gaps + joints;' 'return kLevers * gaps;'
+mistake broken_joint_forgotten src/io/record/recording_writer.cpp check '*' \
+  'found->second > from' 'found->second < from'
 
 if [ $# -gt 0 ]; then names=("$@"); fi
 

@@ -264,6 +264,34 @@ TEST_F(CheckRecording, RefutesRecoveryThatNothingNeeds) {
   }
 }
 
+// Every kind of joint, a little open and turned, closes by more than gaps would need.
+TEST_F(CheckRecording, AllowsJointsToClose) {
+  using enum JointKind;
+  for (const JointKind kind : {Ball, Hinge, Slider, Fixed, Distance, Universal, Cylindrical}) {
+    WorldOptions options;
+    options.records_impulses = true;
+    World world(options);
+    const auto box = std::make_shared<Box>(Vector3(0.5, 0.4, 0.3));
+    JointDefinition joint;
+    joint.kind = kind;
+    joint.a = world.add_body(testing::dynamic_body("a", box, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}));
+    joint.b = world.add_body(testing::dynamic_body("b", box, {2, 0, 0}, {0, 0, 0}, {0, 0, 0}));
+    joint.X_AJ = RigidPose(Quaternion(Eigen::AngleAxisd(0.03, Vector3(1, 2, 2) / 3)), {1, 0, 0});
+    joint.X_BJ = RigidPose(Vector3(-0.99, 0.02, 0));
+    if (kind == Distance) joint.limits = JointLimits{0.05, 0.05};
+    if (kind == Universal) joint.X_BJ = RigidPose(joint.X_BJ.translation());
+    world.add_joint(joint);
+    RecordingWriter writer(file(), {});
+    for (int k = 0; k < 5; ++k) writer.write(world.advance(0.01), world);
+    writer.finish();
+    const Answer answer = check(file());
+    EXPECT_EQ(answer.code, kProven) << int(kind) << answer.text << answer.error;
+    const std::size_t at = answer.text.find("recovery of gaps and joints");
+    ASSERT_NE(at, std::string::npos) << answer.text << answer.error;
+    EXPECT_GT(std::stod(answer.text.substr(at + 27)), 1e-3) << int(kind);
+  }
+}
+
 // Two links straight between two posts, which cannot move. Where the solver of their joints throws
 // them about all the same, that is no lawful run.
 TEST_F(CheckRecording, RefutesARunThatExplodes) {

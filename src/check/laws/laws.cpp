@@ -521,7 +521,7 @@ class ContactChecker {
   // Bodies move along twists that may also recover gaps and close joints.
   void check_moves(const Change& change, const Members& members) {
     const double tau = change.end - change.begin;
-    const double most = kLevers * needed_recovery(change, members);
+    const double most = most_recovery(change, members);
     for (const auto& [k, member] : members) {
       const auto motion = motions(change, k, member);
       if (!motion) continue;
@@ -536,23 +536,24 @@ class ContactChecker {
       if (way <= most) continue;
       std::ostringstream text;
       text << "its way in a substep differs by " << way
-           << " from what its velocity says, and gaps and joints need at most " << most;
+           << " from what its velocity says, and gaps and joints need no more than " << most;
       fault(change, k, k, text.str());
     }
   }
 
-  // How far recovery must move one of the bodies of a substep if there are no levers: from one to
-  // the next each gap opens by a rest offset, and each joint closes by its error.
-  double needed_recovery(const Change& change, const Members& members) const {
-    double sum = 0;
+  // The most that recovery may move one of the bodies of a substep: from one to the next each gap
+  // opens by a rest offset, and each joint closes by its error.
+  double most_recovery(const Change& change, const Members& members) const {
+    double gaps = parting(change, members);
+    double joints = 0;
     for (const auto& [k, member] : members) {
-      sum += rest_offset(k, change.begin) + bend(change, k, member);
+      gaps += rest_offset(k, change.begin) + bend(change, k, member);
       // What ended before the step that it was solved for has got too much of the forces' impulse.
       const double missing = data_.longest_advance - (change.end - change.begin);
-      sum += std::max(missing, 0.0) * member.kick;
-      sum += joints_recovery(change, k, members);
+      gaps += std::max(missing, 0.0) * member.kick;
+      joints += joints_recovery(change, k, members);
     }
-    return sum + parting(change, members);
+    return kLevers * gaps + joints;
   }
 
   double rest_offset(std::uint32_t k, double t) const {
@@ -599,8 +600,7 @@ class ContactChecker {
     return sum;
   }
 
-  // Where links stand in a line, they must give way sideways by more than the error: a link of
-  // length L between two others by sqrt(2 error L).
+  // Links in a line give way sideways, by more than the error: two of length L by sqrt(2 error L).
   double joint_recovery(const JointLaw& joint, std::uint32_t a, std::uint32_t b, double t) const {
     double longest = 0;
     for (const std::uint32_t k : {a, b}) {
@@ -613,7 +613,7 @@ class ContactChecker {
     const Segment* motion_b = recording_.bodies[b].segment(t);
     if (motion_a != nullptr && motion_b != nullptr && !joint.has_more)
       error = std::min(error, joint.error(motion_a->pose(t), motion_b->pose(t), radius));
-    return std::sqrt(2 * error * longest);
+    return kLevers * error + std::sqrt(2 * error * longest);
   }
 
   double smaller_radius(std::uint32_t a, std::uint32_t b) const {
