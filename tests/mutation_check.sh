@@ -20,8 +20,8 @@ mistake() {
 }
 
 mistake reference_time_forgotten src/motion/steady_motions.cpp motion 'PoseScale*' \
-  $'longest_time(t0_, interval);\n  using motion_internal::times;\n  return {X_WB0_' \
-  $'longest_time(0, interval);\n  using motion_internal::times;\n  return {X_WB0_'
+  $'longest_time(t0_, interval);\n  using motion_internal::times;\n  return {motion_internal::norm_of(X_WB0_' \
+  $'longest_time(0, interval);\n  using motion_internal::times;\n  return {motion_internal::norm_of(X_WB0_'
 mistake jumps_of_parts_forgotten src/motion/composed_motion.cpp motion 'PoseScale*' \
   '(after.length - before.length)' '0'
 mistake coriolis_term_dropped src/motion/composed_motion.cpp motion '*Contract*' \
