@@ -334,6 +334,37 @@ TEST_F(CheckRecording, RefutesARunThatExplodes) {
   EXPECT_NE(answer.text.find("contact    FAILS"), std::string::npos) << answer.text;
 }
 
+// A rope over a pulley pulls both its bodies up.
+TEST_F(CheckRecording, KnowsWhatCouplingsDo) {
+  WorldOptions options = testing::earth_options();
+  options.records_impulses = true;
+  World world(options);
+  const auto ball = std::make_shared<Sphere>(0.1);
+  BodyDefinition roller = testing::dynamic_body("roller", ball, {0, 0, 2}, {0, 0, 0}, {0, 0, 0});
+  roller.kind = BodyKind::Static;
+  const BodyId post = world.add_body(roller);
+  JointDefinition pulley;
+  pulley.kind = JointKind::Coupling;
+  for (const Scalar x : {-0.5, 0.5}) {
+    BodyDefinition bob = testing::dynamic_body("bob", ball, {x, 0, 0}, {0, 0, 0}, {0, 0, 0});
+    bob.mass_properties = ball->compute_mass_properties(x < 0 ? 1 : 2);
+    JointDefinition rope;
+    rope.kind = JointKind::Distance;
+    rope.a = post;
+    rope.b = world.add_body(bob);
+    rope.X_AJ = RigidPose(Vector3(x, 0, 0));
+    rope.limits = JointLimits{0, 10};
+    (x < 0 ? pulley.first : pulley.second) = world.add_joint(rope);
+  }
+  world.add_joint(pulley);
+  RecordingWriter writer(file(), {});
+  for (int k = 0; k < 20; ++k) writer.write(world.advance(0.01), world);
+  writer.finish();
+  const Answer answer = check(file());
+  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+  EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+}
+
 // A joint that breaks while its bodies overlap: until then the pair does not count.
 TEST_F(CheckRecording, KnowsWhenAJointBreaks) {
   WorldOptions options = testing::earth_options();

@@ -535,6 +535,21 @@ bool SubstepProblem::is_of_joint(std::size_t row) const {
   return row < rows_.size() || row >= first_soft_row_;
 }
 
+namespace {
+
+// A pulley pulls both its bodies up: what bears that is a static body that carries its joints.
+std::optional<BodyId> static_carrier(const IslandRun& run, const JointState& joint) {
+  if (joint.definition.kind != JointKind::Coupling) return std::nullopt;
+  for (const JointState* coupled : joint.coupled) {
+    for (const BodyId& id : {coupled->definition.a, coupled->definition.b}) {
+      if (run.context().body(id.slot).definition.kind == BodyKind::Static) return id;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
   for (const PointContact& row : problem_.contacts) {
     const BodyId a = id_of(row.body_a);
@@ -555,9 +570,19 @@ void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
     const bool is_whole = is_joint && !is_drive;
     const Scalar impulse = is_whole ? row.impulse : share * row.impulse;
     if (impulse == 0) continue;
-    change.links.push_back({is_joint ? LinkImpulse::Kind::Joint : LinkImpulse::Kind::Spring,
-                            id_of(row.body_a), id_of(row.body_b), impulse * row.j_bv_W,
-                            impulse * row.j_aw_W, impulse * row.j_bw_W});
+    const BodyId a = id_of(row.body_a);
+    const BodyId b = id_of(row.body_b);
+    const auto kind = is_joint ? LinkImpulse::Kind::Joint : LinkImpulse::Kind::Spring;
+    const auto carrier = i < rows_.size() ? static_carrier(run_, *rows_[i].joint) : std::nullopt;
+    if (!carrier) {
+      change.links.push_back(
+          {kind, a, b, impulse * row.j_bv_W, impulse * row.j_aw_W, impulse * row.j_bw_W});
+      continue;
+    }
+    change.links.push_back(
+        {kind, *carrier, a, impulse * row.j_av_W, Vector3::Zero(), impulse * row.j_aw_W});
+    change.links.push_back(
+        {kind, *carrier, b, impulse * row.j_bv_W, Vector3::Zero(), impulse * row.j_bw_W});
   }
 }
 
