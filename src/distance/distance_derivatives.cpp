@@ -132,11 +132,14 @@ class WitnessMotion {
   Eigen::PartialPivLU<SmallMatrix> lu_;
 };
 
+Scalar rounding_radius(const Shape& shape) {
+  if (shape.kind() != ShapeKind::Convex) return 0;
+  return static_cast<const ConvexShape&>(shape).rounding_radius();
+}
+
 Scalar rounding_of(const Shape& shape, const std::optional<std::int32_t>& child) {
   RigidPose unused;
-  const Shape& part = part_of(shape, child, unused);
-  return part.kind() == ShapeKind::Convex ? static_cast<const ConvexShape&>(part).rounding_radius()
-                                          : 0;
+  return rounding_radius(part_of(shape, child, unused));
 }
 
 void set_column(PoseJacobian& jacobian, int k, const Vector3& column) {
@@ -167,7 +170,9 @@ class Derivation {
     result.error = 0;
     for (int k = 0; k < 6; ++k) probe(k, result);
     // False for NaN: flagged.
-    result.status = result.error <= tolerance ? DerivativeStatus::Proven : DerivativeStatus::Tie;
+    const bool is_proven = result.error <= tolerance;
+    const auto flag = has_corner_ ? DerivativeStatus::Tie : DerivativeStatus::Unproven;
+    result.status = is_proven ? DerivativeStatus::Proven : flag;
     if (result.status != DerivativeStatus::Proven) result.witness.reset();
     return result;
   }
@@ -218,9 +223,11 @@ class Derivation {
     const Scalar noise = here.upper - here.lower +
                          kPoseNoise * (X_WA_.translation().norm() + X_WB_.translation().norm() +
                                        radius_a() + radius_b());
-    // No pair of points comes nearer than half of the distance within the step.
+    // No pair of points comes nearer than half of the distance within the step. Points of cores are
+    // farther apart, by the radii of the balls that inflate them.
+    const Scalar rounding = rounding_radius(a_) + rounding_radius(b_);
     const auto curvature_within = [&](Scalar step) {
-      return reach * reach / (here.lower - reach * step) + bend;
+      return reach * reach / (here.lower + rounding - reach * step) + bend;
     };
     const Scalar longest = here.lower / (2 * reach);
     const Scalar step = std::min(longest, std::sqrt(2 * noise / curvature_within(longest)));
@@ -231,6 +238,8 @@ class Derivation {
     const Scalar left = (here.upper - minus.lower) / step + slack;
     const Scalar derivative = k < 3 ? result.by_a.translation[k] : result.by_a.rotation[k - 3];
     const Scalar error = std::max(derivative - right, left - derivative) / reach;
+    // The slopes differ by more than a distance without a corner could.
+    has_corner_ = has_corner_ || reach * error > 2 * slack;
     if (!(error <= result.error)) result.error = error;  // NaN stays
     if (result.witness && !agrees(*result.witness, k, {minus, here, plus}, step, reach)) {
       result.witness.reset();
@@ -264,6 +273,7 @@ class Derivation {
   const Shape& b_;
   const RigidPose& X_WB_;
   DistanceCache cache_;
+  bool has_corner_ = false;
 };
 
 }  // namespace
@@ -274,6 +284,8 @@ std::string_view name_of(DerivativeStatus status) {
       return "NotRun";
     case DerivativeStatus::Proven:
       return "Proven";
+    case DerivativeStatus::Unproven:
+      return "Unproven";
     case DerivativeStatus::Tie:
       return "Tie";
     case DerivativeStatus::Touching:

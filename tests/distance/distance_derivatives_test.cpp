@@ -66,6 +66,31 @@ TEST(DistanceDerivatives, FlagFacesThatAreParallel) {
   EXPECT_FALSE(found.witness);
 }
 
+// Balls have no corners, however near they are: what inflates a core bends nothing.
+TEST(DistanceDerivatives, OfRoundShapesAreProvenAtSmallGaps) {
+  const Sphere ball(1);
+  const Capsule capsule(0.5, 1);
+  for (const Scalar gap : {1e-2, 1e-4, 1e-6, 1e-8}) {
+    const DistanceDerivatives found =
+        distance_derivatives(ball, at(0, 0, 0), capsule, at(1.5 + gap, 0, 0));
+    EXPECT_EQ(found.status, DerivativeStatus::Proven) << gap;
+    EXPECT_LT(found.error, 1e-3) << gap;
+  }
+}
+
+// A corner so near to a face that nothing can be proven about it has no tie either.
+TEST(DistanceDerivatives, AreUnprovenWhereNothingIsLeftOfTheGap) {
+  const Box box({1, 1, 1});
+  const RigidPose X_WB(rotation_from_vector(Vector3(0.5, 0.6, 0)), Vector3(0, 0, 4));
+  const Scalar down = distance(box, at(0, 0, 0), box, X_WB).lower;
+  for (const Scalar gap : {1e-2, 1e-10}) {
+    const RigidPose X_near(X_WB.rotation(), Vector3(0, 0, 4 - down + gap));
+    const DistanceDerivatives found = distance_derivatives(box, at(0, 0, 0), box, X_near);
+    EXPECT_EQ(found.status, gap > 1e-4 ? DerivativeStatus::Proven : DerivativeStatus::Unproven)
+        << gap << " " << found.error;
+  }
+}
+
 TEST(DistanceDerivatives, FlagTwoPlacesThatAreAsNear) {
   const auto ball = std::make_shared<Sphere>(1);
   const CompoundShape pair({{ball, at(0, 3, 0)}, {ball, at(0, -3, 0)}});

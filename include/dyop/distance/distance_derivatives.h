@@ -47,7 +47,8 @@ struct WitnessJacobians {
 enum class DerivativeStatus {
   NotRun,
   Proven,    ///< every one-sided derivative is within the tolerance of the gradient
-  Tie,       ///< flagged: not so, because other pieces are as near, and the distance has a corner
+  Unproven,  ///< flagged: the error may be larger, though no corner was seen
+  Tie,       ///< flagged: other pieces are as near, and the distance has a corner
   Touching,  ///< flagged: the shapes are not proven apart; there is no gradient
   Grazing,   ///< flagged: of a time of impact only; the shapes hardly approach each other there
 };

@@ -8,8 +8,8 @@ namespace DYOP_EXPORT dyop {
 
 struct ImpactDerivativeOptions {
   /// Largest error that counts as Proven, relative to the largest change that a shift of A by a
-  /// unit length could make; > 0.
-  Scalar tolerance = 1e-3;
+  /// unit length could make; > 0. The smaller the gap at the impact, the less can be proven.
+  Scalar tolerance = 1e-2;
   /// Grazing: the gap closes at less than this fraction of the speed at which points of the two
   /// bodies can approach each other; in [0, 1).
   Scalar grazing_fraction = 1e-3;

@@ -50,7 +50,7 @@ def distance(a, X_WA, b, X_WB, *, tolerance=1e-3, use_flagged=False):
 
 
 def time_of_impact(
-    a, X_WA, V_WA, b, X_WB, V_WB, duration, *, options=None, tolerance=1e-3, use_flagged=False
+    a, X_WA, V_WA, b, X_WB, V_WB, duration, *, options=None, tolerance=1e-2, use_flagged=False
 ):
     """Times of impact of two shapes that move with constant twists, to be differentiated by where
     they start and by their twists.

@@ -321,6 +321,7 @@ void bind_derivatives(py::module_& m) {
   py::enum_<DerivativeStatus>(m, "DerivativeStatus", "Whether derivatives may be used.")
       .value("NotRun", DerivativeStatus::NotRun)
       .value("Proven", DerivativeStatus::Proven, "No corner, within the tolerance.")
+      .value("Unproven", DerivativeStatus::Unproven, "The error may be larger; no corner was seen.")
       .value("Tie", DerivativeStatus::Tie, "A corner: other features are as near.")
       .value("Touching", DerivativeStatus::Touching, "Not proven apart: no gradient.")
       .value("Grazing", DerivativeStatus::Grazing, "Of an impact: the bodies hardly approach.");
