@@ -48,6 +48,35 @@ def fails_at_three(case):
     return case
 
 
+class SyntaxTrouble(Exception):
+    """Pickles, but does not unpickle: its constructor does not take its `args`."""
+
+    def __init__(self, message, line):
+        super().__init__(f"{message} in line {line}")
+
+
+class Numbered(Exception):
+    """Unpickles to another message."""
+
+    def __init__(self, message, line=0):
+        super().__init__(f"{message}:{line}")
+
+
+class Unreadable:
+    """A result that pickles, but does not unpickle."""
+
+    def __reduce__(self):
+        return int, ("x",)
+
+
+def gives_what_cannot_be_sent(case):
+    if case == 1:
+        raise SyntaxTrouble("bad token", 7)
+    if case == 2:
+        raise Numbered("bad token", 7)
+    return Unreadable() if case == 3 else case
+
+
 def nothing(case):
     return case
 

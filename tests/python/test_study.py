@@ -246,6 +246,16 @@ def test_an_exception_in_a_process_of_its_own_is_the_same():
     assert kept[3] == study.Failure(3, "ValueError: three is too many")
 
 
+def test_an_exception_that_does_not_unpickle_is_kept_by_its_message():
+    kept = study.map(study_cases.gives_what_cannot_be_sent, range(5), isolate=True, keep_failures=True)
+    assert [kept[0], kept[4]] == [0, 4]
+    assert kept[1] == study.Failure(1, "SyntaxTrouble: bad token in line 7")
+    assert kept[2] == study.Failure(2, "Numbered: bad token:7")
+    assert kept[3].error.startswith("its result does not unpickle: ValueError")
+    with pytest.raises(RuntimeError, match="SyntaxTrouble: bad token in line 7"):
+        study.map(study_cases.gives_what_cannot_be_sent, range(5), isolate=True)
+
+
 def test_one_process_runs_all_cases_and_keeps_what_is_shared(mesh):
     found = study.map(study_cases.process_of, range(5), shared={"mesh": mesh}, isolate=True)
     assert len(set(found)) == 1 and found[0][0] != os.getpid()

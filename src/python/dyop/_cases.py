@@ -27,6 +27,10 @@ class CaseLost(RuntimeError):
     """A case that gave no result: its process crashed, or was ended because it took too long."""
 
 
+class CaseError(RuntimeError):
+    """Type and message of a case's exception that cannot be sent from its process."""
+
+
 def _pack(function, shared):
     """What a process needs besides the cases, as bytes."""
     main = {}
@@ -72,9 +76,13 @@ class _Process:
             if not self._here.poll(seconds):
                 self.end()
                 raise CaseLost(f"took more than {seconds:g} s")
-            return pickle.loads(self._here.recv_bytes())
+            answer = self._here.recv_bytes()
         except (EOFError, OSError):
             raise self._lost() from None
+        try:
+            return pickle.loads(answer)
+        except Exception as error:  # a result whose class cannot be made anew
+            return False, CaseError(f"its result does not unpickle: {_text_of(error)}")
 
     def _lost(self):
         self._here.close()
@@ -149,15 +157,22 @@ def _limit_memory(megabytes):
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
+def _text_of(error):
+    return f"{type(error).__name__}: {error}"
+
+
 def _answer(result):
     """As bytes; what cannot be pickled is an exception that says so."""
+    is_good, value = result
     try:
-        return _pickler.dumps(result, 5)
+        packed = _pickler.dumps(result, 5)
+        # Exceptions are made anew from `args`, which need not fit their constructor.
+        if is_good or _text_of(pickle.loads(packed)[1]) == _text_of(value):
+            return packed
+        text = _text_of(value)
     except Exception as error:
-        message = f"{type(error).__name__}: {error}"
-        if not result[0]:  # an exception that cannot travel
-            message = f"{type(result[1]).__name__}: {result[1]}"
-        return pickle.dumps((False, RuntimeError(message)), 5)
+        text = _text_of(error if is_good else value)
+    return pickle.dumps((False, CaseError(text)), 5)
 
 
 def serve(descriptor):

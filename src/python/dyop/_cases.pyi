@@ -2,6 +2,7 @@
 from typing import Any, Callable, Mapping, Optional, Tuple
 
 class CaseLost(RuntimeError): ...
+class CaseError(RuntimeError): ...
 
 def run_isolated(
     function: Callable[..., Any],

@@ -16,7 +16,7 @@ import weakref
 from concurrent.futures import CancelledError
 from typing import Callable, NamedTuple, Optional
 
-from ._cases import CaseLost, drop, run_isolated
+from ._cases import CaseError, CaseLost, drop, run_isolated
 from ._progress import Bar, call_of
 
 _PROTOCOL = 5
@@ -144,7 +144,7 @@ def _run_chunk(task, numbers, cases, shared):
                 raise StudyError(f"case {number} {result}")
             raise result
         if not is_good:
-            kind = "" if isinstance(result, CaseLost) else f"{type(result).__name__}: "
+            kind = "" if isinstance(result, (CaseError, CaseLost)) else f"{type(result).__name__}: "
             result = Failure(number, f"{kind}{result}")
         results.append(result)
     return results
