@@ -282,6 +282,35 @@ TEST_F(RobotFile, NamesWhatIsWrong) {
   expect_message("", "expected an element <link>");
 }
 
+// Links and joints that macros stand for would be missing without a word.
+TEST_F(RobotFile, RefusesWhatXacroHasYetToExpand) {
+  const std::string command = "run `xacro robot.urdf > expanded.urdf`";
+  const std::string base = "<link name=\"base\"/>\n";
+  expect_message(base + "<xacro:arm name=\"left\"/>\n<xacro:arm name=\"right\"/>",
+                 "<xacro:arm> 'left': this element has yet to be expanded by xacro: " + command, 3);
+  expect_message(base + "<link name=\"a\"><xacro:if value=\"1\"/></link>", "<xacro:if>", 3);
+  expect_message("<link name=\"${prefix}a\"/>", "the attribute 'name'", 2);
+  expect_message("<link name=\"a\">\n<inertial><mass value=\"$(arg m)\"/></inertial></link>",
+                 "<mass>: the attribute 'value'", 3);
+  expect_message("<link name=\"a\" xacro:x=\"1\"/>", "the attribute 'xacro:x'", 2);
+  // The declaration stays in expanded files, as may a "${" that is a plugin's.
+  const auto file = directory_.write(
+      "arm.urdf.xacro", R"(<robot xmlns:x="http://ros.org/wiki/xacro" name="r"><link name="a"/>
+<gazebo><plugin name="${env}"/></gazebo></robot>)");
+  EXPECT_EQ(load_robot(file).chain->links().size(), 1);
+  directory_.write(
+      "arm.urdf.xacro",
+      R"(<robot xmlns:x="http://ros.org/wiki/xacro"><x:arm/><link name="a"/></robot>)");
+  try {
+    load_robot(file);
+    ADD_FAILURE() << "no error";
+  } catch (const FileError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("<x:arm>"), message.npos) << message;
+    EXPECT_NE(message.find("`xacro arm.urdf.xacro > arm.urdf`"), message.npos) << message;
+  }
+}
+
 TEST_F(RobotFile, RefusesHostileFiles) {
   std::string deep;
   for (int k = 0; k < 100'000; ++k) deep += "<a>";

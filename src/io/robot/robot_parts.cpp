@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "io/robot/robot_parts.h"
 
+#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "core/assert.h"
@@ -39,7 +41,72 @@ std::vector<Part> parts_of(SplitJoint kind, const Vector3& axis) {
   return parts;
 }
 
+// The prefixes of names that belong to xacro, such as "xacro:".
+std::vector<std::string> xacro_prefixes(const XmlNode& root) {
+  constexpr std::string_view kDeclaration = "xmlns:";
+  std::vector<std::string> prefixes{"xacro:"};
+  for (const auto& [name, value] : root.attributes()) {
+    const bool is_xacro = value.ends_with("/wiki/xacro");
+    if (is_xacro && name.starts_with(kDeclaration)) {
+      prefixes.push_back(name.substr(kDeclaration.size()) + ":");
+    }
+  }
+  return prefixes;
+}
+
+// How to expand it: "`xacro arm.urdf.xacro > arm.urdf`".
+std::string xacro_command(const std::filesystem::path& file) {
+  std::filesystem::path expanded = file.stem();
+  if (file.extension() != ".xacro") expanded = "expanded" + file.extension().string();
+  if (!expanded.has_extension()) expanded += ".urdf";
+  return compose_message("`xacro ", file.filename().string(), " > ", expanded.string(), "`");
+}
+
+class XacroFinder {
+ public:
+  explicit XacroFinder(const XmlFile& file)
+      : command_(xacro_command(file.path())), prefixes_(xacro_prefixes(file.root())) {}
+
+  // `is_read`: values of its attributes count. Elsewhere, as in plugins, "${" may be meant.
+  void refuse(const XmlNode& node, bool is_read) const {
+    if (is_xacros(node.name())) fail(node, "this element");
+    for (const auto& [name, value] : node.attributes()) {
+      const bool is_open = value.find("${") != value.npos || value.find("$(") != value.npos;
+      if (is_xacros(name) || (is_read && is_open)) fail(node, "the attribute '" + name + "'");
+    }
+  }
+
+  void refuse_below(const XmlNode& node, bool is_read) const {
+    refuse(node, is_read);
+    for (const XmlNode& child : node.children()) refuse_below(child, is_read);
+  }
+
+ private:
+  bool is_xacros(const std::string& name) const {
+    return std::any_of(prefixes_.begin(), prefixes_.end(),
+                       [&](const std::string& prefix) { return name.starts_with(prefix); });
+  }
+
+  [[noreturn]] void fail(const XmlNode& node, const std::string& what) const {
+    node.fail(compose_message(what, " has yet to be expanded by xacro: run ", command_,
+                              " and read its output"));
+  }
+
+  std::string command_;
+  std::vector<std::string> prefixes_;
+};
+
 }  // namespace
+
+void require_expanded(const XmlFile& file) {
+  const XacroFinder finder(file);
+  const XmlNode root = file.root();
+  finder.refuse(root, true);
+  for (const XmlNode& node : root.children()) {
+    const bool is_foreign = node.name() == "gazebo" || node.name() == "ros2_control";
+    finder.refuse_below(node, !is_foreign);
+  }
+}
 
 void RobotParts::add_link(const XmlNode& node, Link link, Scalar mass) {
   if (!link_names_.insert(link.name).second) {
@@ -134,6 +201,7 @@ void RobotParts::read_group(const XmlNode& node) {
 void RobotParts::read_srdf() {
   if (options_.srdf.empty()) return;
   const XmlFile srdf(options_.srdf, {"robot"});
+  require_expanded(srdf);
   for (const XmlNode& node : srdf.root().all("disable_collisions")) {
     const DisabledPair pair{node.text("link1"), node.text("link2"),
                             node.has("reason") ? node.text("reason") : ""};

@@ -72,6 +72,10 @@ class RobotParts {
   std::vector<std::pair<std::string, std::string>> checked_;
 };
 
+/// @throws FileError at the first element or attribute that xacro has yet to expand: what it stands
+/// for would be missing.
+void require_expanded(const XmlFile& file);
+
 /// The robot of a URDF file.
 Robot read_urdf(const XmlFile& file, const RobotFileOptions& options);
 /// The robot of a model in MuJoCo's format, MJCF.

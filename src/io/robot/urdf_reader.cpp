@@ -141,6 +141,7 @@ Robot UrdfReader::read() {
 }  // namespace
 
 Robot read_urdf(const XmlFile& file, const RobotFileOptions& options) {
+  require_expanded(file);
   return UrdfReader(file, options).read();
 }
 

@@ -90,6 +90,14 @@ std::vector<XmlNode> XmlNode::children() const {
   return all(nullptr);
 }
 
+std::vector<std::pair<std::string, std::string>> XmlNode::attributes() const {
+  std::vector<std::pair<std::string, std::string>> result;
+  for (const auto* next = element_->FirstAttribute(); next != nullptr; next = next->Next()) {
+    result.emplace_back(next->Name(), next->Value());
+  }
+  return result;
+}
+
 std::string XmlNode::text(const char* attribute) const {
   const char* value = element_->Attribute(attribute);
   if (value == nullptr || *value == '\0') {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "dyop/core/rigid_pose.h"
@@ -27,6 +28,8 @@ class XmlNode {
   XmlNode at(const char* child) const;
   std::vector<XmlNode> all(const char* child) const;
   std::vector<XmlNode> children() const;
+  /// Names and values of all attributes.
+  std::vector<std::pair<std::string, std::string>> attributes() const;
 
   bool has(const char* attribute) const { return element_->Attribute(attribute) != nullptr; }
   /// @throws FileError if it is missing or empty.
