@@ -31,6 +31,8 @@ mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Cont
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
+mistake turns_of_followers_forgotten src/chain/link_pairs.cpp chain 'LinkPairs*' \
+  'if (all_are_back) return turns;' 'if (all_are_back) return 1;'
 mistake ray_step_not_supported src/distance/ray_cast.cpp distance 'RayCast*' \
   'const Scalar step = free / rate * (1 - 4 * kUnitRoundoff);' 'const Scalar step = 1.01 * free / rate;'
 mistake ray_boxes_not_widened src/distance/ray_cast.cpp distance 'RayCast*' \

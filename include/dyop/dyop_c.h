@@ -554,7 +554,7 @@ DYOP_C_API dyop_status dyop_robot_link_name(dyop_context* context, dyop_robot ro
                                             char* text, size_t capacity);
 DYOP_C_API dyop_status dyop_robot_joint_name(dyop_context* context, dyop_robot robot,
                                              size_t free_coordinate, char* text, size_t capacity);
-/* Of the free coordinates; infinite where there is none. */
+/* Of the free coordinates and all that mimic them; infinite where there is none. */
 DYOP_C_API dyop_status dyop_robot_limits(dyop_context* context, dyop_robot robot, double* lower,
                                          double* upper, size_t free_count);
 /* The coordinates of its chain, and the path of them, at free ones. */

@@ -306,11 +306,9 @@ dyop_status dyop_robot_limits(dyop_context* context, dyop_robot robot, double* l
     DYOP_REQUIRE(free_count == object->free_count(), "there are ", object->free_count(),
                  " free coordinates, not ", free_count);
     DYOP_REQUIRE((lower && upper) || free_count == 0, "lower and upper must not be null");
-    for (std::size_t i = 0; i < free_count; ++i) {
-      const dyop::Joint& joint = object->chain->joints()[object->free_joints[i]];
-      lower[i] = joint.lower;
-      upper[i] = joint.upper;
-    }
+    const auto count = Eigen::Index(free_count);
+    Eigen::Map<dyop::JointVector>(lower, count) = object->lower();
+    Eigen::Map<dyop::JointVector>(upper, count) = object->upper();
   });
 }
 

@@ -134,13 +134,25 @@ struct JointBox {
   Scalar share = 1;  ///< of the whole box
 };
 
+/// The smallest and largest free coordinates.
+struct FreeLimits {
+  JointVector lower;
+  JointVector upper;
+};
+
 /// Decides one pair of links. The proof is in docs/robots.md.
 class PairSearch {
  public:
   PairSearch(const Robot& robot, const LinkHull& hull_a, const LinkHull& hull_b,
-             const JointBox& whole, LinkPairReport& report, const LinkPairOptions& options);
+             const FreeLimits& limits, LinkPairReport& report, const LinkPairOptions& options);
 
   void run();
+  /// The coordinates without limits that joints of a pair follow so that they never come back
+  /// together: they come as near as wanted to any values. If there are some, and run() had an end.
+  std::vector<Eigen::Index> dense() const;
+  /// Of a pair with such coordinates: decides by the same pair of a robot whose joints turn
+  /// independently, and by samples.
+  void run_dense(PairSearch& independent, const LinkPairReport& proof);
 
  private:
   // A joint between the two links, in order from A to B.
@@ -156,6 +168,11 @@ class PairSearch {
   };
 
   void collect_joints();
+  void bound_coordinates();
+  void bound_coordinate(Eigen::Index free);
+  std::vector<Scalar> turning_speeds(Eigen::Index free) const;
+  bool is_bounded() const;
+  bool take_first_samples();
   void place(const JointVector& middle);
   RigidPose place_branch(std::size_t link, const JointVector& q);
   Scalar movement(const JointBox& box);
@@ -177,13 +194,15 @@ class PairSearch {
   const KinematicChain& chain_;
   const LinkHull& hull_a_;
   const LinkHull& hull_b_;
-  const JointBox& whole_;
+  const FreeLimits& limits_;
+  JointBox whole_;
   LinkPairReport& report_;
   const LinkPairOptions& options_;
 
   std::size_t meeting_ = 0;
   std::vector<PathJoint> joints_;
   std::vector<Eigen::Index> free_;  // coordinates that matter
+  std::vector<Eigen::Index> dense_;
   RigidPose X_Ca_, X_Cb_;
   std::size_t best_split_ = 0;
   DistanceCache cache_;
@@ -209,6 +228,9 @@ constexpr Scalar kDistanceTolerance = 0.1;
 // A box whose joints move the links less than this share of their size is given up: the links are
 // as good as touching there.
 constexpr Scalar kSmallestMovement = 1e-7;  // literal: far above rounding, below any drawing
+// Turns of one joint after which all that follow the same coordinate have made whole turns, at most.
+constexpr int kMostTurns = 60;
+constexpr Scalar kHalfTurn = std::numbers::pi_v<Scalar> * (1 + 0x1p-50);  // literal: rounded up
 
 Scalar unit_random(std::uint64_t& state) {
   // SplitMix64: the same numbers everywhere.
@@ -220,22 +242,37 @@ Scalar unit_random(std::uint64_t& state) {
   return Scalar(z >> 11) * 0x1p-53;
 }
 
+// After how many turns of the slowest joint all have made whole turns. A ratio is taken for the
+// fraction that it is but for rounding: the difference is a rounding of the joint's own value.
+std::optional<int> turns_together(const std::vector<Scalar>& speeds) {
+  if (speeds.empty()) return std::nullopt;
+  for (int turns = 1; turns <= kMostTurns; ++turns) {
+    const bool all_are_back = std::all_of(speeds.begin(), speeds.end(), [&](Scalar speed) {
+      const Scalar others = turns * (speed / speeds[0]);
+      return std::abs(others - std::round(others)) <= 4 * kUnitRoundoff * others;
+    });
+    if (all_are_back) return turns;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 PairSearch::PairSearch(const Robot& robot, const LinkHull& hull_a, const LinkHull& hull_b,
-                       const JointBox& whole, LinkPairReport& report,
+                       const FreeLimits& limits, LinkPairReport& report,
                        const LinkPairOptions& options)
     : robot_(robot),
       chain_(*robot.chain),
       hull_a_(hull_a),
       hull_b_(hull_b),
-      whole_(whole),
+      limits_(limits),
       report_(report),
       options_(options),
       meeting_(chain_.common_ancestor(report.first, report.second)),
-      random_(report.first * 1'000'003 + report.second),
-      best_(whole.middle) {
+      random_(report.first * 1'000'003 + report.second) {
   collect_joints();
+  bound_coordinates();
+  best_ = whole_.middle;
 }
 
 void PairSearch::collect_joints() {
@@ -254,13 +291,66 @@ void PairSearch::collect_joints() {
   const auto first_of_b = static_cast<std::ptrdiff_t>(joints_.size());
   add_branch(report_.second);
   std::reverse(joints_.begin() + first_of_b, joints_.end());
+}
+
+// The box of all joint values that matter. Coordinates of other joints stay in its middle.
+void PairSearch::bound_coordinates() {
+  const Eigen::Index count = limits_.lower.size();
+  whole_.middle = JointVector::Zero(count).cwiseMin(limits_.upper).cwiseMax(limits_.lower);
+  whole_.half = JointVector::Zero(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Scalar width = limits_.upper[k] - limits_.lower[k];
+    if (std::isfinite(width)) whole_.middle[k] = limits_.lower[k] + width / 2;
+  }
   for (const PathJoint& joint : joints_) {
     const auto free = Eigen::Index(joint.coupling.free);
-    if (joint.coupling.multiplier == 0 || whole_.half[free] == 0) continue;
+    if (joint.coupling.multiplier == 0 || limits_.lower[free] == limits_.upper[free]) continue;
     if (std::find(free_.begin(), free_.end(), free) == free_.end()) free_.push_back(free);
   }
   std::sort(free_.begin(), free_.end());
   report_.joints = free_.size();
+  for (const Eigen::Index free : free_) bound_coordinate(free);
+}
+
+// How fast the joints on the path turn that follow a coordinate; none if some slide.
+std::vector<Scalar> PairSearch::turning_speeds(Eigen::Index free) const {
+  std::vector<Scalar> speeds;
+  for (const PathJoint& joint : joints_) {
+    if (Eigen::Index(joint.coupling.free) != free || joint.coupling.multiplier == 0) continue;
+    if (joint.type == JointType::Prismatic) return {};
+    speeds.push_back(std::abs(joint.coupling.multiplier));
+  }
+  std::sort(speeds.begin(), speeds.end());
+  return speeds;
+}
+
+// Joints that turn need no more than what they do before they come back, whatever their limits.
+void PairSearch::bound_coordinate(Eigen::Index free) {
+  const Scalar lower = limits_.lower[free];
+  const Scalar upper = limits_.upper[free];
+  const bool has_limits = std::isfinite(upper - lower);
+  const std::vector<Scalar> speeds = turning_speeds(free);
+  const std::optional<int> turns = turns_together(speeds);
+  Scalar half = turns ? *turns * kHalfTurn / speeds[0] : kInfinity;
+  if (has_limits && !(upper - lower > 2 * half)) {
+    const Scalar middle = whole_.middle[free];
+    half = std::max(middle - lower, upper - middle);
+  } else if (!turns && !speeds.empty()) {
+    dense_.push_back(free);
+    half = kMostTurns * kHalfTurn / speeds[0];
+  }
+  whole_.half[free] = half;
+  if (half == kInfinity || has_limits) return;
+  if (std::isfinite(lower)) whole_.middle[free] = lower + half;
+  if (std::isfinite(upper)) whole_.middle[free] = upper - half;
+}
+
+bool PairSearch::is_bounded() const {
+  return (whole_.half.array() < kInfinity).all();
+}
+
+std::vector<Eigen::Index> PairSearch::dense() const {
+  return is_bounded() ? dense_ : std::vector<Eigen::Index>();
 }
 
 // The pose of a link in the frame of the common ancestor, and the axes of the joints above it.
@@ -388,7 +478,7 @@ JointVector PairSearch::sample_point(int number) {
     const Scalar offset = is_corner ? (is_upper ? 1 : -1) : 2 * unit_random(random_) - 1;
     q[free_[k]] += offset * whole_.half[free_[k]];
   }
-  return q;
+  return q.cwiseMax(limits_.lower).cwiseMin(limits_.upper);  // a witness keeps to the limits
 }
 
 bool PairSearch::take_sample(const JointVector& q, Scalar& nearest, JointVector& best) {
@@ -424,6 +514,7 @@ bool PairSearch::descend() {
           const Scalar low = whole_.middle[free] - whole_.half[free];
           const Scalar high = whole_.middle[free] + whole_.half[free];
           q[free] = std::clamp(q[free] + sign * step * whole_.half[free], low, high);
+          q[free] = std::clamp(q[free], limits_.lower[free], limits_.upper[free]);
           const Scalar before = nearest_;
           ++count;
           if (take_sample(q, nearest_, best_)) {
@@ -499,11 +590,22 @@ void PairSearch::conclude_apart() {
   report_.touching_share = 1;
 }
 
+bool PairSearch::take_first_samples() {
+  const int first = std::min(kFirstSamples, options_.samples);
+  int touching = 0;
+  int taken = 0;
+  for (; taken < first && !is_stopped(); ++taken) {
+    const JointVector q = sample_point(taken);
+    if (!take_sample(q, nearest_, best_)) continue;
+    ++touching;
+    if (!report_.witness) settle_touch(q);
+  }
+  report_.touching_share = taken == 0 ? 0 : Scalar(touching) / taken;
+  return report_.witness.has_value();
+}
+
 void PairSearch::run() {
-  const bool is_bounded = std::all_of(free_.begin(), free_.end(), [this](Eigen::Index free) {
-    return whole_.half[free] < kInfinity;
-  });
-  if (!is_bounded) {  // only prismatic joints have no end
+  if (!is_bounded()) {  // only prismatic joints have no end
     report_.undecided_share = 1;
     place(whole_.middle);
     if (measure(0).status == DistanceStatus::Overlapping) {
@@ -519,21 +621,26 @@ void PairSearch::run() {
     report_.undecided_share = report_.verdict == PairVerdict::Undecided ? 1 : 0;
     return;
   }
-  const int first = std::min(kFirstSamples, options_.samples);
-  int touching = 0;
-  int taken = 0;
-  for (; taken < first && !is_stopped(); ++taken) {
-    const JointVector q = sample_point(taken);
-    if (!take_sample(q, nearest_, best_)) continue;
-    ++touching;
-    if (!report_.witness) settle_touch(q);
-  }
-  report_.touching_share = taken == 0 ? 0 : Scalar(touching) / taken;
-  if (report_.witness || bound(std::min(kFirstBoxes, options_.max_boxes))) return;
-  if (sample(first, options_.samples) || descend()) return;
+  if (take_first_samples() || bound(std::min(kFirstBoxes, options_.max_boxes))) return;
+  if (sample(kFirstSamples, options_.samples) || descend()) return;
   if (bound(options_.max_boxes)) return;
   report_.undecided_share = given_up_;
   for (const JointBox& box : stack_) report_.undecided_share += box.share;
+}
+
+// What holds for all values of independent joints holds for those that they take together.
+void PairSearch::run_dense(PairSearch& independent, const LinkPairReport& proof) {
+  if (take_first_samples()) return;
+  independent.run();
+  report_.boxes = proof.boxes;
+  if (proof.verdict == PairVerdict::Never || proof.verdict == PairVerdict::Always) {
+    report_.verdict = proof.verdict;
+    if (proof.verdict == PairVerdict::Never) return;
+    report_.witness = whole_.middle;
+    report_.touching_share = 1;
+  } else if (!sample(kFirstSamples, options_.samples) && !descend()) {
+    report_.undecided_share = 1;
+  }
 }
 
 }  // namespace dyop::chain_internal
@@ -541,41 +648,51 @@ void PairSearch::run() {
 namespace dyop {
 namespace {
 
-using chain_internal::JointBox;
 using chain_internal::LinkHull;
 
-bool drives_others(const Robot& robot, std::size_t free) {
-  const auto count = std::count_if(robot.couplings.begin(), robot.couplings.end(),
-                                   [&](const auto& coupling) { return coupling.free == free; });
-  return count > 1;
+using chain_internal::FreeLimits;
+using chain_internal::PairSearch;
+
+FreeLimits limits_of(const Robot& robot) {
+  FreeLimits limits{robot.lower(), robot.upper()};
+  for (Eigen::Index k = 0; k < limits.lower.size(); ++k) {
+    DYOP_REQUIRE(limits.lower[k] <= limits.upper[k], "decide_link_pairs: the limits of joint '",
+                 robot.chain->joints()[robot.free_joints[std::size_t(k)]].name,
+                 "' and of those that mimic it leave it no value");
+  }
+  return limits;
 }
 
-// A revolute joint that drives no other needs one turn, whatever its limits.
-JointBox limits_of(const Robot& robot) {
-  constexpr Scalar kHalfTurn = std::numbers::pi_v<Scalar> * (1 + 0x1p-50);  // literal: rounded up
-  JointBox box;
-  box.middle = JointVector::Zero(Eigen::Index(robot.free_count()));
-  box.half = JointVector::Constant(Eigen::Index(robot.free_count()), kInfinity);
-  for (std::size_t free = 0; free < robot.free_count(); ++free) {
-    const Joint& joint = robot.chain->joints()[robot.free_joints[free]];
-    const auto k = Eigen::Index(free);
-    const bool is_turn = joint.type == JointType::Revolute && !drives_others(robot, free);
-    const Scalar width = joint.upper - joint.lower;
-    if (std::isfinite(width) && !(is_turn && width > 2 * kHalfTurn)) {
-      box.middle[k] = joint.lower + width / 2;
-      box.half[k] = std::max(box.middle[k] - joint.lower, joint.upper - box.middle[k]);
-    } else if (is_turn) {
-      box.half[k] = kHalfTurn;
-      if (std::isfinite(width)) {
-        box.middle[k] = joint.lower + width / 2;
-      } else if (std::isfinite(joint.lower)) {
-        box.middle[k] = joint.lower + kHalfTurn;
-      } else if (std::isfinite(joint.upper)) {
-        box.middle[k] = joint.upper - kHalfTurn;
-      }
-    }
+// The robot whose joints that followed one of these coordinates have coordinates of their own.
+Robot loosened(Robot robot, const std::vector<Eigen::Index>& dense, FreeLimits& limits) {
+  for (std::size_t k = 0; k < robot.couplings.size(); ++k) {
+    const auto free = Eigen::Index(robot.couplings[k].free);
+    if (std::find(dense.begin(), dense.end(), free) == dense.end()) continue;
+    robot.couplings[k].free = robot.free_count();
+    robot.free_joints.push_back(robot.chain->joint_of(k));
   }
-  return box;
+  const Eigen::Index before = limits.lower.size();
+  limits.lower.conservativeResize(Eigen::Index(robot.free_count()));
+  limits.upper.conservativeResize(Eigen::Index(robot.free_count()));
+  limits.lower.tail(limits.lower.size() - before).setConstant(-kInfinity);
+  limits.upper.tail(limits.upper.size() - before).setConstant(kInfinity);
+  return robot;
+}
+
+void decide_pair(const Robot& robot, const std::vector<LinkHull>& hulls, const FreeLimits& limits,
+                 LinkPairReport& report, const LinkPairOptions& options) {
+  const LinkHull& a = hulls[report.first];
+  const LinkHull& b = hulls[report.second];
+  LinkPairReport proof = report;
+  PairSearch search(robot, a, b, limits, report, options);
+  const std::vector<Eigen::Index> dense = search.dense();
+  if (dense.empty()) return search.run();
+  FreeLimits loose_limits = limits;
+  const Robot loose = loosened(robot, dense, loose_limits);
+  LinkPairOptions without_samples = options;
+  without_samples.samples = 0;
+  PairSearch independent(loose, a, b, loose_limits, proof, without_samples);
+  search.run_dense(independent, proof);
 }
 
 std::size_t index_of(const Robot& robot, const std::string& name) {
@@ -633,7 +750,7 @@ std::vector<LinkPairReport> decide_link_pairs(const Robot& robot, const LinkPair
   DYOP_REQUIRE(options.samples >= 0, "samples must be at least 0, not ", options.samples);
   const std::size_t link_count = robot.chain->links().size();
   std::vector<LinkPairReport> reports = list_pairs(robot, options);
-  const JointBox whole = limits_of(robot);
+  const FreeLimits limits = limits_of(robot);
   std::vector<LinkHull> hulls(link_count);
   tbb::parallel_for(std::size_t{0}, link_count, [&](std::size_t link) {
     const auto& shape = robot.chain->links()[link].shape;
@@ -643,9 +760,7 @@ std::vector<LinkPairReport> decide_link_pairs(const Robot& robot, const LinkPair
   std::size_t done = 0;
   tbb::parallel_for(std::size_t{0}, reports.size(), [&](std::size_t k) {
     LinkPairReport& report = reports[k];
-    chain_internal::PairSearch search(robot, hulls[report.first], hulls[report.second], whole,
-                                      report, options);
-    search.run();
+    decide_pair(robot, hulls, limits, report, options);
     if (!options.on_progress) return;
     const std::lock_guard lock(progress);
     options.on_progress(++done, reports.size());

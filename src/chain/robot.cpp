@@ -2,6 +2,7 @@
 #include "dyop/chain/robot.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "dyop/core/error.h"
 
@@ -14,14 +15,52 @@ void require_free(const Robot& robot, const JointVector& free) {
   DYOP_REQUIRE(free.allFinite(), "coordinates must be finite, not (", free.transpose(), ")");
 }
 
+Scalar value_at(const CoordinateCoupling& coupling, Scalar free) {
+  return coupling.multiplier * free + coupling.offset;
+}
+
+// The last free coordinate, on the way to `far`, that does not take q beyond `limit`.
+Scalar last_free(const CoordinateCoupling& coupling, Scalar limit, Scalar far) {
+  Scalar free = (limit - coupling.offset) / coupling.multiplier;
+  if (!std::isfinite(free)) return far;
+  const bool grows = (coupling.multiplier > 0) == (far > 0);
+  // The quotient is rounded by a few units.
+  for (int k = 0; k < 16; ++k) {
+    const Scalar value = value_at(coupling, free);
+    if (grows ? value <= limit : value >= limit) break;
+    free = std::nextafter(free, -far);
+  }
+  return free;
+}
+
+// Smallest and largest free coordinate within the limits of all that it drives.
+std::pair<Scalar, Scalar> range_of(const Robot& robot, std::size_t free) {
+  std::pair<Scalar, Scalar> all{-kInfinity, kInfinity};
+  for (std::size_t k = 0; k < robot.couplings.size(); ++k) {
+    if (robot.couplings[k].free != free) continue;
+    const Joint& joint = robot.chain->joints()[robot.chain->joint_of(k)];
+    const auto [lower, upper] = robot.couplings[k].free_limits(joint.lower, joint.upper);
+    all = {std::max(all.first, lower), std::min(all.second, upper)};
+  }
+  return all;
+}
+
 }  // namespace
+
+std::pair<Scalar, Scalar> CoordinateCoupling::free_limits(Scalar lower, Scalar upper) const {
+  if (multiplier == 0) {
+    const bool is_within = lower <= offset && offset <= upper;
+    return is_within ? std::pair(-kInfinity, kInfinity) : std::pair(kInfinity, -kInfinity);
+  }
+  if (multiplier < 0) std::swap(lower, upper);
+  return {last_free(*this, lower, -kInfinity), last_free(*this, upper, kInfinity)};
+}
 
 JointVector Robot::expand(const JointVector& free) const {
   require_free(*this, free);
   JointVector q(Eigen::Index(couplings.size()));
   for (std::size_t k = 0; k < couplings.size(); ++k) {
-    const CoordinateCoupling& coupling = couplings[k];
-    q[Eigen::Index(k)] = coupling.multiplier * free[Eigen::Index(coupling.free)] + coupling.offset;
+    q[Eigen::Index(k)] = value_at(couplings[k], free[Eigen::Index(couplings[k].free)]);
   }
   return q;
 }
@@ -49,13 +88,25 @@ JointPath Robot::expand(const JointPath& free) const {
   return JointPath::bezier(free.times(), controls);
 }
 
+JointVector Robot::lower() const {
+  JointVector limits(static_cast<Eigen::Index>(free_count()));
+  for (std::size_t k = 0; k < free_count(); ++k) limits[Eigen::Index(k)] = range_of(*this, k).first;
+  return limits;
+}
+
+JointVector Robot::upper() const {
+  JointVector limits(static_cast<Eigen::Index>(free_count()));
+  for (std::size_t k = 0; k < free_count(); ++k)
+    limits[Eigen::Index(k)] = range_of(*this, k).second;
+  return limits;
+}
+
+bool Robot::is_within_limits(const JointVector& free) const {
+  return chain->is_within_limits(expand(free));
+}
+
 JointVector Robot::resting_state() const {
-  JointVector q(static_cast<Eigen::Index>(free_count()));
-  for (std::size_t k = 0; k < free_count(); ++k) {
-    const Joint& joint = chain->joints()[free_joints[k]];
-    q[Eigen::Index(k)] = std::clamp<Scalar>(0, joint.lower, joint.upper);
-  }
-  return q;
+  return JointVector::Zero(Eigen::Index(free_count())).cwiseMin(upper()).cwiseMax(lower());
 }
 
 std::optional<Eigen::Index> Robot::free_index(const std::string& joint) const {

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "dyop/chain/robot.h"
+#include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/primitives.h"
 #include "support/inputs/arms.h"
 #include "support/inputs/curved_meshes.h"
@@ -18,30 +21,20 @@ namespace {
 
 constexpr Scalar kPi = std::numbers::pi;
 
-// A point drawn evenly from the limits of the free coordinates; a turn where there are none.
+// A point drawn evenly from the limits of the free coordinates; ten turns where there are none.
 JointVector random_free(const Robot& robot, std::mt19937_64& random) {
-  JointVector free(Eigen::Index(robot.free_count()));
-  for (std::size_t k = 0; k < robot.free_count(); ++k) {
-    const Joint& joint = robot.chain->joints()[robot.free_joints[k]];
-    const bool has_limits = std::isfinite(joint.upper - joint.lower);
-    free[Eigen::Index(k)] = has_limits ? random_number(joint.lower, joint.upper, random)
-                                       : random_number(-kPi, kPi, random);
+  JointVector free = robot.lower();
+  const JointVector upper = robot.upper();
+  for (Eigen::Index k = 0; k < free.size(); ++k) {
+    const bool has_limits = std::isfinite(upper[k] - free[k]);
+    free[k] = has_limits ? random_number(free[k], upper[k], random)
+                         : random_number(-10 * kPi, 10 * kPi, random);
   }
   return free;
 }
 
 const TriangleMesh& mesh_of(const Link& link) {
   return dynamic_cast<const TriangleMesh&>(*link.shape);
-}
-
-bool is_within_limits(const Robot& robot, const JointVector& free) {
-  for (std::size_t k = 0; k < robot.free_count(); ++k) {
-    const Joint& joint = robot.chain->joints()[robot.free_joints[k]];
-    const Scalar q = free[Eigen::Index(k)];
-    const Scalar noise = 1e-12;
-    if (!(joint.lower - noise <= q && q <= joint.upper + noise)) return false;
-  }
-  return true;
 }
 
 // By homogeneous matrices and CGAL.
@@ -88,8 +81,14 @@ Robot random_robot(std::mt19937_64& random) {
   Robot robot = make_robot("random", KinematicChain(std::move(links), std::move(joints)));
   const std::size_t last = robot.free_count();
   if (last >= 2 && random_index(2, random) == 0) {
-    robot.couplings[last - 1] = {0, random_number(-2, 2, random), random_number(-1, 1, random)};
     robot.free_joints.pop_back();
+    do {
+      const bool is_fraction = random_index(2, random) == 0;
+      const Scalar multiplier =
+          is_fraction ? Scalar(1 + random_index(4, random)) / Scalar(-1 - random_index(5, random))
+                      : random_number(-2, 2, random);
+      robot.couplings[last - 1] = {0, multiplier, random_number(-1, 1, random)};
+    } while (robot.lower()[0] > robot.upper()[0]);
   }
   return robot;
 }
@@ -112,7 +111,7 @@ TEST(LinkPairs, AgreeWithRandomSamples) {
       EXPECT_LE(pair.undecided_share, 1.001);
       if (pair.witness) {
         EXPECT_TRUE(oracle_touches(robot, pair, *pair.witness));
-        EXPECT_TRUE(is_within_limits(robot, *pair.witness));
+        EXPECT_TRUE(robot.is_within_limits(*pair.witness));
       }
       if (pair.verdict == PairVerdict::Can || pair.verdict == PairVerdict::Undecided) continue;
       for (int k = 0; k < 60; ++k) {
@@ -216,14 +215,20 @@ TEST(LinkPairs, DependOnTheLimits) {
 TEST(LinkPairs, CoupledJointsMoveTogether) {
   // Two jaws on one coordinate: the right one mirrors the left, so they close on each other.
   const auto jaw = std::make_shared<Box>(Vector3(0.01, 0.01, 0.05));
-  const auto slide = [&](const char* name, Scalar x) {
-    return Joint{
-        name, JointType::Prismatic, "palm", name, RigidPose(Vector3(x, 0, 0)), Vector3::UnitX(), 0,
-        0.1};
+  const auto slide = [&](const char* name, Scalar x, Scalar lower) {
+    return Joint{name,
+                 JointType::Prismatic,
+                 "palm",
+                 name,
+                 RigidPose(Vector3(x, 0, 0)),
+                 Vector3::UnitX(),
+                 lower,
+                 0.1};
   };
   const auto robot_of = [&](Scalar multiplier) {
-    Robot robot = make_robot("jaws", KinematicChain({{"palm"}, {"left", jaw}, {"right", jaw}},
-                                                    {slide("left", -0.05), slide("right", 0.05)}));
+    Robot robot =
+        make_robot("jaws", KinematicChain({{"palm"}, {"left", jaw}, {"right", jaw}},
+                                          {slide("left", -0.05, 0), slide("right", 0.05, -0.1)}));
     robot.couplings[1] = {0, multiplier, 0};
     robot.free_joints.pop_back();
     return robot;
@@ -232,6 +237,124 @@ TEST(LinkPairs, CoupledJointsMoveTogether) {
   const auto closing = decide_link_pairs(robot_of(-1));
   EXPECT_EQ(closing[0].verdict, PairVerdict::Can);
   EXPECT_GE((*closing[0].witness)[0], 0.04);
+}
+
+// Two hands of length 1 that turn without limits about parallel axes, the right one by
+// multiplier f + offset. Where f = 0 the left one points to the right axis, the right one away.
+Robot two_hands(Scalar distance, Scalar multiplier, Scalar offset) {
+  std::vector<Vector3> corners = box_mesh(Vector3(0.5, 0.05, 0.05)).vertices;
+  for (Vector3& corner : corners) corner.x() += 0.5;
+  const auto hand = std::make_shared<ConvexHull>(corners);
+  const auto turn = [](const char* name, Scalar x) {
+    return Joint{name, JointType::Revolute, "root", name, RigidPose(Vector3(x, 0, 0))};
+  };
+  Robot robot = make_robot("clock", KinematicChain({{"root"}, {"left", hand}, {"right", hand}},
+                                                   {turn("left", 0), turn("right", distance)}));
+  robot.couplings[1] = {0, multiplier, offset};
+  robot.free_joints.pop_back();
+  return robot;
+}
+
+TEST(LinkPairs, TurnsWithoutLimitsFollowOneAnother) {
+  for (const Scalar multiplier : {1.0, -1.0, 2.0, 0.5, 1.0 / 3, 0.3, std::sqrt(0.5)}) {
+    const LinkPairReport apart = decide_link_pairs(two_hands(2.2, multiplier, 0))[0];
+    EXPECT_EQ(apart.verdict, PairVerdict::Never) << multiplier;
+    EXPECT_EQ(apart.joints, 1u);
+  }
+  // The hands meet where both point at each other: f = 2 pi k and multiplier f + offset = pi.
+  EXPECT_EQ(decide_link_pairs(two_hands(1.8, 1, 0))[0].verdict, PairVerdict::Never);
+  EXPECT_EQ(decide_link_pairs(two_hands(1.8, 1, kPi))[0].verdict, PairVerdict::Can);
+  const LinkPairReport later = decide_link_pairs(two_hands(1.8, 0.5, 0))[0];
+  ASSERT_EQ(later.verdict, PairVerdict::Can);  // in the second turn
+  EXPECT_NEAR(std::abs((*later.witness)[0]), 2 * kPi, 0.5);
+  EXPECT_EQ(decide_link_pairs(two_hands(1.8, 0.5, kPi / 2))[0].verdict, PairVerdict::Never);
+  EXPECT_EQ(decide_link_pairs(two_hands(1.8, 1.0 / 3, 0))[0].verdict, PairVerdict::Never);
+  EXPECT_EQ(decide_link_pairs(two_hands(1.8, 0.3, 0))[0].verdict, PairVerdict::Can);  // 10 turns
+  // Never back: they come as near to every pair of angles as wanted, so that no proof is true.
+  const Robot dense = two_hands(1.5, std::sqrt(0.5), 0);
+  const LinkPairReport found = decide_link_pairs(dense)[0];
+  ASSERT_EQ(found.verdict, PairVerdict::Can);
+  const std::vector<RigidPose> X_WL = dense.chain->link_poses(dense.expand(*found.witness));
+  const std::span<const Link> links = dense.chain->links();
+  EXPECT_EQ(distance(*links[1].shape, X_WL[1], *links[2].shape, X_WL[2]).lower, 0);
+  const LinkPairReport unseen =
+      decide_link_pairs(two_hands(1.8, std::sqrt(0.5), 0), {.samples = 0})[0];
+  EXPECT_NE(unseen.verdict, PairVerdict::Never);
+  EXPECT_EQ(unseen.undecided_share, unseen.verdict == PairVerdict::Undecided ? 1 : 0);
+}
+
+// What a mimicking joint moves changes nothing for the links that it does not move.
+TEST(LinkPairs, OfAMimickedJointAreAsWithoutTheMimic) {
+  const auto wheel = std::make_shared<Cylinder>(0.1, 0.02);
+  const auto robot_of = [&](std::optional<Scalar> multiplier) {
+    const auto axle = [](const char* name, Scalar y) {
+      return Joint{name, JointType::Revolute, "base", name,
+                   RigidPose(Quaternion(std::sqrt(0.5), -std::sqrt(0.5), 0, 0), Vector3(0, y, 0))};
+    };
+    const auto body = std::make_shared<Box>(Vector3(0.2, 0.15, 0.05));
+    Robot robot = make_robot("cart", KinematicChain({{"base", body}, {"l", wheel}, {"r", wheel}},
+                                                    {axle("l", 0.2), axle("r", -0.2)}));
+    if (!multiplier) return robot;
+    robot.couplings[1] = {0, *multiplier, 0};
+    robot.free_joints.pop_back();
+    return robot;
+  };
+  const auto free = decide_link_pairs(robot_of({}));
+  for (const Scalar multiplier : {1.0, -1.0, 2.0, 0.5, 0.123}) {
+    const auto pairs = decide_link_pairs(robot_of(multiplier));
+    ASSERT_EQ(pairs.size(), 3u);
+    for (const LinkPairReport& pair : pairs) EXPECT_EQ(pair.verdict, PairVerdict::Never);
+    EXPECT_EQ(pairs[0].boxes, free[0].boxes);
+    EXPECT_EQ(pairs[1].boxes, free[1].boxes);
+  }
+}
+
+TEST(LinkPairs, KeepToTheLimitsOfMimickingJoints) {
+  const auto cube = std::make_shared<Box>(Vector3(0.1, 0.1, 0.1));
+  const auto robot_of = [&](Scalar upper) {
+    const Joint aside{"j", JointType::Prismatic, "a", "m", {}, Vector3::UnitY(), 0, 1};
+    const Joint nearer{
+        "k",  JointType::Prismatic, "a", "b", RigidPose(Vector3(1, 0, 0)), -Vector3::UnitX(), 0,
+        upper};
+    Robot robot =
+        make_robot("r", KinematicChain({{"a", cube}, {"m"}, {"b", cube}}, {aside, nearer}));
+    robot.couplings[1] = {0, 2, 0.1};
+    robot.free_joints.pop_back();
+    return robot;
+  };
+  const Robot near = robot_of(0.79);  // b comes up to 0.01 near
+  EXPECT_EQ(near.lower()[0], 0);
+  EXPECT_NEAR(near.upper()[0], 0.345, 1e-15);
+  EXPECT_TRUE(near.is_within_limits(near.upper()));
+  EXPECT_FALSE(near.is_within_limits(JointVector(near.upper().array() + 1e-12)));
+  EXPECT_EQ(decide_link_pairs(near)[0].verdict, PairVerdict::Never);
+  const Robot touching = robot_of(0.81);
+  const LinkPairReport pair = decide_link_pairs(touching)[0];
+  ASSERT_EQ(pair.verdict, PairVerdict::Can);
+  EXPECT_TRUE(touching.is_within_limits(*pair.witness));
+  const std::string message = message_of([&] { decide_link_pairs(robot_of(0.05)); });
+  EXPECT_NE(message.find("'j'"), std::string::npos) << message;
+}
+
+TEST(Robot, LimitsOfWhatMimicsHoldWhatItMimics) {
+  std::mt19937_64 random(5);
+  for (int round = 0; round < 20'000; ++round) {
+    const CoordinateCoupling coupling{
+        0, random_number(-3, 3, random) * std::pow(10, random_index(9, random) - 4),
+        random_number(-1, 1, random) * std::pow(10, random_index(9, random) - 4)};
+    const Scalar lower = random_number(-2, 2, random);
+    const Scalar upper = lower + random_number(0.1, 2, random);
+    const auto [low, high] = coupling.free_limits(lower, upper);
+    const auto is_within = [&](Scalar free) {
+      const Scalar q = coupling.multiplier * free + coupling.offset;
+      return lower <= q && q <= upper;
+    };
+    EXPECT_TRUE(is_within(low) && is_within(high)) << low << ' ' << high;
+    const Scalar noise = 1e-12 * (high - low) + 1e-14 * (std::abs(low) + std::abs(high));
+    EXPECT_FALSE(is_within(low - noise) || is_within(high + noise)) << low << ' ' << high;
+  }
+  const auto [low, high] = CoordinateCoupling{0, 0, 3}.free_limits(1, 2);
+  EXPECT_GT(low, high);
 }
 
 TEST(LinkPairs, ALinkInsideAnotherAlwaysTouches) {

@@ -160,6 +160,28 @@ TEST_F(RobotFile, CouplesMimickingJoints) {
                InvalidArgument);
 }
 
+TEST_F(RobotFile, TellsWhatTheLimitsOfMimickingJointsDo) {
+  const auto robot_of = [&](const std::string& limit) {
+    return load("<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>" +
+                joint("prismatic", "a", "b", R"(<limit lower="0" upper="1"/>)") +
+                joint("prismatic", "a", "c", limit + R"(<mimic joint="to_b"/>)"));
+  };
+  const Robot wide = robot_of(R"(<limit lower="-1" upper="2"/>)");
+  EXPECT_EQ(wide.notes, std::vector<std::string>());
+  EXPECT_EQ(wide.upper()[0], 1);
+  const Robot narrow = robot_of(R"(<limit lower="-1" upper="0.5"/>)");
+  EXPECT_EQ(narrow.upper()[0], 0.5);
+  ASSERT_EQ(narrow.notes.size(), 1u);
+  EXPECT_EQ(narrow.notes[0],
+            "the limits of 'to_c', which mimics it, hold joint 'to_b' to 0 to 0.5");
+  for (const char* limit : {"<limit/>", R"(<limit lower="-1" upper="-0.5"/>)"}) {
+    const Robot none = robot_of(limit);
+    EXPECT_EQ(none.upper()[0], 1);
+    ASSERT_EQ(none.notes.size(), 1u);
+    EXPECT_EQ(none.notes[0].substr(0, 36), "the limits of 'to_c' are ignored: th");
+  }
+}
+
 TEST_F(RobotFile, FindsMeshes) {
   std::filesystem::create_directories(directory_.path() / "arm" / "meshes");
   std::filesystem::create_directories(directory_.path() / "other" / "deep" / "col");

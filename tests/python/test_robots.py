@@ -74,6 +74,18 @@ def test_what_a_robot_is(robot):
     assert ("hand", "finger") not in pairs and ("base", "finger") in pairs
 
 
+def test_limits_of_a_joint_that_mimics_hold_what_it_mimics(tmp_path):
+    mimic = '<limit lower="0.1" upper="0.2"/><mimic joint="reach" multiplier="0.5" offset="0.1"/></joint>'
+    start = ROBOT.rindex("<limit")
+    (tmp_path / "r.urdf").write_text(ROBOT[:start] + mimic + "</robot>")
+    robot = dyop.load_robot(tmp_path / "r.urdf")
+    np.testing.assert_array_equal(robot.lower, [-3, 0])
+    np.testing.assert_allclose(robot.upper, [3, 0.2])
+    assert robot.is_within_limits(robot.upper) and not robot.is_within_limits(robot.upper + 1e-9)
+    for pair in dyop.decide_link_pairs(robot):
+        assert pair.witness is None or robot.is_within_limits(pair.witness)
+
+
 def test_free_coordinates_and_those_that_mimic(robot):
     np.testing.assert_allclose(robot.expand([1, 0.2]), [1, 0.2, 0.2])
     np.testing.assert_allclose(robot.expand_rates([1, 2]), [1, 2, 1])

@@ -31,8 +31,8 @@ struct LinkPairReport {
   PairVerdict verdict = PairVerdict::Undecided;
   /// Joined directly, or only through links without shapes: such links mostly touch by design.
   bool is_adjacent = false;
-  /// Free coordinates (Robot) at which the links touch; those that do not matter are in the middle
-  /// of their limits, or zero. If Can or Always.
+  /// Free coordinates (Robot) at which the links touch, within the limits; those that do not matter
+  /// are in the middle of their limits, or zero, or at the limit nearest to it. If Can or Always.
   std::optional<JointVector> witness;
   /// The share of the sampled joint values at which they touch; 1 where there were no samples to
   /// take because no joint moves them.
@@ -62,13 +62,16 @@ struct LinkPairOptions {
 /// joints, in the order of the links.
 ///
 /// Branch and bound over boxes of joint values: a box is proven where the distance at its middle
-/// exceeds what the joints can move the links by, and else is halved. A joint without limits, or
-/// with more than a turn, is taken for one turn; a prismatic joint without limits leaves its pairs
+/// exceeds what the joints can move the links by, and else is halved. Revolute joints without
+/// limits, or with more than a turn, are taken for one turn; of several that follow one coordinate
+/// for the turns until all have come back, or, beyond 60, for one turn each, independently: then
+/// only samples can show that they touch. A prismatic joint without limits leaves its pairs
 /// undecided. A closed mesh is a solid: a link inside another touches it.
 ///
 /// Pairs run on several threads; the result does not depend on their number unless a deadline or
 /// stop ends the work.
-/// @throws InvalidArgument if a link of `only` is unknown or an option out of range.
+/// @throws InvalidArgument if a link of `only` is unknown, an option out of range, or the limits
+/// leave a coordinate no value.
 /// Proof: docs/robots.md.
 std::vector<LinkPairReport> decide_link_pairs(const Robot& robot,
                                               const LinkPairOptions& options = {});

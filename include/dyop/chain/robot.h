@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "dyop/chain/kinematic_chain.h"
@@ -17,6 +18,10 @@ struct CoordinateCoupling {
   std::size_t free = 0;
   Scalar multiplier = 1;
   Scalar offset = 0;
+
+  /// The free coordinates, smallest and largest, at which lower <= q <= upper; the largest is the
+  /// smaller one if there are none.
+  std::pair<Scalar, Scalar> free_limits(Scalar lower, Scalar upper) const;
 };
 
 /// Two links that a file exempts from self-collision, and the reason it gives. `Never` is a claim
@@ -57,6 +62,12 @@ struct Robot {
   /// The chain's path along a path of the free coordinates.
   /// @throws InvalidArgument unless it has free_count() coordinates.
   JointPath expand(const JointPath& free) const;
+  /// The smallest free coordinates at which every joint is within its limits, also those that mimic
+  /// others; above upper() where no coordinate is.
+  JointVector lower() const;
+  JointVector upper() const;
+  /// Whether every joint is within its limits, also those that mimic others. Throws as expand().
+  bool is_within_limits(const JointVector& free) const;
   /// Free coordinates of the robot at rest: zero, or the limit nearest to it.
   JointVector resting_state() const;
   /// The free coordinate of the joint of this name, if it has one of its own.

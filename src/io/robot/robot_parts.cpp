@@ -171,6 +171,37 @@ void RobotParts::couple() {
   }
 }
 
+// Files often give mimicking joints limits of another sign, or none but zero. Such limits would hold
+// what they mimic in one place.
+void RobotParts::reconcile_limits() {
+  std::vector<std::pair<Scalar, Scalar>> ranges;  // of free coordinates
+  for (const std::size_t k : robot_.free_joints) {
+    ranges.emplace_back(joints_[k].lower, joints_[k].upper);
+  }
+  std::size_t coordinate = 0;
+  for (Joint& joint : joints_) {
+    if (joint.type == JointType::Fixed) continue;
+    const CoordinateCoupling& coupling = robot_.couplings[coordinate++];
+    auto& [least, most] = ranges[coupling.free];
+    const auto [lower, upper] = coupling.free_limits(joint.lower, joint.upper);
+    if (lower <= least && most <= upper) continue;
+    const Scalar low = std::max(lower, least);
+    const Scalar high = std::min(upper, most);
+    const std::string& source = joints_[robot_.free_joints[coupling.free]].name;
+    if (low < high || (low == high && least == most)) {
+      add_note(compose_message("the limits of '", joint.name, "', which mimics it, hold joint '",
+                               source, "' to ", low, " to ", high));
+      least = low;
+      most = high;
+    } else {
+      add_note(compose_message("the limits of '", joint.name, "' are ignored: they leave joint '",
+                               source, "', which it mimics, no way to go"));
+      joint.lower = -kInfinity;
+      joint.upper = kInfinity;
+    }
+  }
+}
+
 void RobotParts::read_group(const XmlNode& node) {
   RobotGroup group;
   group.name = node.text("name");
@@ -229,6 +260,7 @@ Robot RobotParts::finish(const XmlNode& root, const char* name,
   if (root.has(name)) robot_.name = root.text(name);
   robot_.notes.insert(robot_.notes.end(), notes.begin(), notes.end());
   couple();
+  reconcile_limits();
   read_srdf();
   try {
     robot_.chain = std::make_shared<const KinematicChain>(make_chain());

@@ -59,6 +59,7 @@ class RobotParts {
 
  private:
   void couple();
+  void reconcile_limits();
   void read_srdf();
   void read_group(const XmlNode& node);
   KinematicChain make_chain() const;

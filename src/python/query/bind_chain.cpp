@@ -360,15 +360,6 @@ void bind_robot_parts(py::module_& m) {
       .finish();
 }
 
-// Limits of the free coordinates.
-JointVector limits_of(const Robot& robot, Scalar Joint::*limit) {
-  JointVector limits(Eigen::Index(robot.free_count()));
-  for (std::size_t k = 0; k < robot.free_count(); ++k) {
-    limits[Eigen::Index(k)] = robot.chain->joints()[robot.free_joints[k]].*limit;
-  }
-  return limits;
-}
-
 void bind_robot_fields(RobotClass& type) {
   type.def_readonly("name", &Robot::name, "str: of the file")
       .def_property_readonly(
@@ -392,11 +383,11 @@ void bind_robot_fields(RobotClass& type) {
       .def_readonly("free_joints", &Robot::free_joints,
                     "list[int]: number of the joint of each free coordinate")
       .def_property_readonly(
-          "lower", [](const Robot& r) { return limits_of(r, &Joint::lower); },
-          "numpy.ndarray: (F,) smallest free coordinates")
+          "lower", &Robot::lower,
+          "numpy.ndarray: (F,) smallest free coordinates within the limits of all joints")
       .def_property_readonly(
-          "upper", [](const Robot& r) { return limits_of(r, &Joint::upper); },
-          "numpy.ndarray: (F,) largest free coordinates")
+          "upper", &Robot::upper,
+          "numpy.ndarray: (F,) largest free coordinates within the limits of all joints")
       .def_readonly("disabled_pairs", &Robot::disabled_pairs,
                     "list[DisabledPair]: as the SRDF file lists them")
       .def_readonly("groups", &Robot::groups, "list[RobotGroup]: of the SRDF file")
@@ -417,12 +408,8 @@ void bind_robot_methods(RobotClass& type) {
           "link_poses",
           [](const Robot& r, const JointVector& q) { return r.chain->link_poses(r.expand(q)); },
           py::arg("q"), "Poses X_WL of all links at free coordinates (F,).")
-      .def(
-          "is_within_limits",
-          [](const Robot& r, const JointVector& q) {
-            return r.chain->is_within_limits(r.expand(q));
-          },
-          py::arg("q"), "Whether free coordinates (F,), and all that mimic them, lie in limits.")
+      .def("is_within_limits", &Robot::is_within_limits, py::arg("q"),
+           "Whether free coordinates (F,), and all that mimic them, lie in limits.")
       .def(
           "attach",
           [](const Robot& r, const Link& object, const std::string& parent,
