@@ -101,6 +101,7 @@ TEST_F(StudyCommand, SweepsAndDrawsWhatItSays) {
       EXPECT_TRUE(line.at("first_impact").is_null());
     }
     EXPECT_EQ(line.at("status"), "Completed");
+    EXPECT_EQ(line.at("steps"), 10);
     EXPECT_EQ(line.at("bodies").size(), 2u);
   }
   EXPECT_EQ(combinations.size(), 4u);

@@ -156,6 +156,28 @@ def test_a_file_of_another_study_is_refused(tmp_path):
         study.map(study_cases.fails_at_three, [1, 2], store=store)
 
 
+def test_sets_are_the_same_case_in_every_process(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(
+        "from dyop import study\n"
+        "class Names(frozenset): pass\n"
+        "def count(case, others):\n"
+        "    return len(case['names']) + len(others)\n"
+        "words = ['base', 'arm', 'hand', 'tool', 'cup']\n"
+        "case = {'names': set(words), 'pairs': Names(frozenset(words[k:]) for k in range(4))}\n"
+        "if __name__ == '__main__':\n"
+        "    print(study.map(count, [case], shared={'others': set(words)}, store='s.sqlite'))\n"
+    )
+    for seed in range(4):
+        environment = dict(os.environ, PYTHONHASHSEED=str(seed))
+        environment["PYTHONPATH"] = str(Path(dyop.__file__).parents[1])
+        found = subprocess.run([sys.executable, program], capture_output=True, text=True,
+                               timeout=120, cwd=tmp_path, env=environment)
+        assert found.stdout == "[10]\n", found.stderr
+    assert study._digest({"a", "b"}) != study._digest({"a", "c"})
+    assert study._digest([{"a"}]) != study._digest([frozenset({"a"})])
+
+
 def test_a_damaged_store_is_an_error_or_the_same_results(tmp_path):
     path = tmp_path / "study.sqlite"
     digests = [f"{k:064x}" for k in range(20)]

@@ -194,7 +194,7 @@ void RunTotals::add(const AdvanceReport& report) {
   status = report.status;
   t = report.t;
   ++advances;
-  steps += std::int64_t(report.steps.size());
+  steps += report.work.steps;  // `report.steps` is empty where no motions are recorded
   impacts += std::int64_t(report.impacts.size());
   too_near.insert(too_near.end(), report.too_near.begin(), report.too_near.end());
   offending_pair = report.offending_pair;

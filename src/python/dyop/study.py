@@ -7,6 +7,7 @@ disk from which it goes on, streaming, and answers that do not depend on the num
 
 import contextlib
 import hashlib
+import io
 import os
 import pickle
 import queue
@@ -150,8 +151,23 @@ def _run_chunk(task, numbers, cases, shared):
     return results
 
 
+class _OrderedPickler(pickle._Pickler):
+    """Pickles sets in an order that is the same in every process. The pickler in C asks nobody."""
+
+    def reducer_override(self, thing):
+        if isinstance(thing, (set, frozenset)):
+            return type(thing), (sorted(thing, key=_ordered_pickle),)
+        return NotImplemented
+
+
+def _ordered_pickle(thing):
+    data = io.BytesIO()
+    _OrderedPickler(data, _PROTOCOL).dump(thing)
+    return data.getvalue()
+
+
 def _digest(thing):
-    return hashlib.sha256(pickle.dumps(thing, _PROTOCOL)).hexdigest()
+    return hashlib.sha256(_ordered_pickle(thing)).hexdigest()
 
 
 def _chunks(numbers, size):
