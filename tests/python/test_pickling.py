@@ -37,6 +37,23 @@ def test_motions(all_motions, user_motion, protocol):
         assert fields_equal(copied.twist_bound((0.25, 0.75)), bound)
 
 
+def test_arrays_of_motions():
+    points = np.arange(12.0).reshape(4, 3)
+    ends = (np.tile([1.0, 0, 0, 0], (4, 1)), points)
+    for motions in (
+        dyop.constant_twist_motions(np.eye(4), points, -points),
+        dyop.interpolated_motions((0, 1), np.eye(4), ends),
+    ):
+        for copied in (again(motions), copy.deepcopy(motions)):
+            assert type(copied) is type(motions) and len(copied) == 4
+            for k in range(4):
+                assert type(copied[k]) is type(motions[k])
+                assert copied[k].pose(0.7) == motions[k].pose(0.7)
+            arguments = (dyop.Sphere(1), dyop.RestMotion(), dyop.Sphere(1))
+            found = dyop.time_of_impact_batch(*arguments, copied, (0, 1)).tobytes()
+            assert found == dyop.time_of_impact_batch(*arguments, motions, (0, 1)).tobytes()
+
+
 def test_results_and_options(ball_mesh):
     rest = dyop.RestMotion()
     flight = dyop.ConstantTwistMotion(((1, 0, 0, 0), (4, 0, 0)), ((-1, 0, 0), (1, 1, 1)))

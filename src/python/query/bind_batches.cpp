@@ -461,7 +461,22 @@ void bind_motion_arrays(py::module_& m) {
             return std::const_pointer_cast<Motion>(
                 array.motions[std::size_t(i < 0 ? i + size : i)]);
           },
-          py::arg("index"));
+          py::arg("index"))
+      .def(py::pickle(
+          [](const MotionArray& array) {
+            py::list motions;
+            for (const MotionPointer& motion : array.motions) {
+              motions.append(std::const_pointer_cast<Motion>(motion));
+            }
+            return py::make_tuple(motions);
+          },
+          [](const py::tuple& state) {
+            MotionArray array;
+            for (const py::handle motion : state[0]) {
+              array.motions.push_back(motion.cast<std::shared_ptr<Motion>>());
+            }
+            return array;
+          }));
   m.def(
       "constant_twist_motions", &constant_twist_motions, py::arg("X_WB0"), py::arg("v_WB"),
       py::arg("w_WB"), py::arg("t0") = 0.0,
