@@ -79,6 +79,24 @@ TEST_F(MjcfFile, ReadsBodiesJointsAndMasses) {
   EXPECT_EQ(link_of(robot, "body2").shape->kind(), ShapeKind::Compound);
 }
 
+TEST_F(MjcfFile, ScalesMassesAsTheCompilerSays) {
+  const auto masses = [&](const std::string& compiler) {
+    return load("<compiler " + compiler + R"(/><worldbody>
+      <body><inertial pos="0 0 0" mass="3"/><geom size=".1" mass="1"/>
+        <body><geom size=".1" mass="2"/></body>
+        <body><inertial pos="0 0 0" mass="0.5"/></body></body></worldbody>)")
+        .masses;
+  };
+  using Masses = std::vector<Scalar>;
+  EXPECT_EQ(masses(""), (Masses{0, 3, 2, 0.5}));
+  EXPECT_EQ(masses(R"(settotalmass="11")"), (Masses{0, 6, 4, 1}));
+  EXPECT_EQ(masses(R"(settotalmass="-1")"), (Masses{0, 3, 2, 0.5}));
+  EXPECT_EQ(masses(R"(inertiafromgeom="true")"), (Masses{0, 1, 2, 0.5}));
+  EXPECT_EQ(masses(R"(inertiafromgeom="false" boundmass="0.75")"), (Masses{0, 3, 0.75, 0.75}));
+  EXPECT_THROW(masses(R"(inertiafromgeom="yes")"), FileError);
+  EXPECT_THROW(masses(R"(settotalmass="heavy")"), FileError);
+}
+
 TEST_F(MjcfFile, LimitsAreInTheUnitOfTheCompiler) {
   const Robot robot = load_world(
       R"(<body><joint name="a" range="-90 180"/><geom size=".1"/>

@@ -123,6 +123,37 @@ TEST(MujocoAgreement, HoldsForRandomModels) {
   }
 }
 
+// Models with the compiler's ways to set masses. Meshes that are left out would change the total.
+TEST(MujocoAgreement, MassesFollowTheCompiler) {
+  const testing::TemporaryDirectory directory;
+  const std::string from_geoms = "inertiafromgeom='true'";
+  const std::string geom = "<geom type='sphere' size='.2' pos=";
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937_64 random(seed);
+    std::string text = RandomModel(seed).text();
+    for (std::size_t at = 0; (at = text.find(geom, at)) != std::string::npos;) {
+      const std::string inertial = "<inertial pos='0 0 0' mass='" +
+                                   std::to_string(random_number(0.1, 9, random)) +
+                                   "' diaginertia='1 1 1'/>";
+      text.insert(at, inertial);
+      at += inertial.size() + geom.size();
+    }
+    const std::string source = seed % 3 == 0 ? "true" : seed % 3 == 1 ? "false" : "auto";
+    text.replace(text.find(from_geoms), from_geoms.size(),
+                 "inertiafromgeom='" + source + "' boundmass='2'" +
+                     (seed % 2 == 0 ? " settotalmass='7'" : ""));
+    const Both both(directory.write("model.xml", text));
+    ASSERT_TRUE(both.data);
+    if (both.robot.notes.empty()) {
+      expect_same_masses(both);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 30);
+}
+
 std::string random_ground(std::mt19937_64& random) {
   const std::int32_t counts[] = {2 + std::int32_t(random() % 6), 2 + std::int32_t(random() % 6)};
   std::vector<float> heights;

@@ -151,6 +151,17 @@ void MjcfDocument::read_compiler(const XmlNode& node) {
   if (node.has("assetdir")) mesh_folder_ = node.text("assetdir");
   if (node.has("meshdir")) mesh_folder_ = node.text("meshdir");
   if (node.has("strippath")) strips_paths_ = node.text("strippath") == "true";
+  if (node.has("inertiafromgeom")) {
+    const std::string source = node.text("inertiafromgeom");
+    if (source != "true" && source != "false" && source != "auto") {
+      node.fail_expected("inertiafromgeom", "true, false or auto");
+    }
+    mass_source_ = source == "true"    ? MassSource::Geoms
+                   : source == "false" ? MassSource::Inertial
+                                       : MassSource::Auto;
+  }
+  least_mass_ = node.number_or("boundmass", least_mass_);
+  total_mass_ = node.number_or("settotalmass", total_mass_);
 }
 
 void MjcfDocument::read_defaults(const XmlNode& node, const std::string& parent, int depth) {

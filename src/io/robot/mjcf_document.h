@@ -32,6 +32,13 @@ class MjcfDocument {
   Scalar angle_unit() const { return angle_unit_; }  ///< in radians
   /// Rotations in this order, each about an axis that turns along (lower case) or rests.
   const std::string& euler_sequence() const { return euler_sequence_; }
+  /// Whether the geoms of a body give its mass: only where it states none, always, or never.
+  enum class MassSource { Auto, Geoms, Inertial };
+  MassSource mass_source() const { return mass_source_; }
+  /// The least mass of a body, and the mass of all bodies; unless that is above 0, they weigh what
+  /// they state.
+  Scalar least_mass() const { return least_mass_; }
+  Scalar total_mass() const { return total_mass_; }
   /// The path of a mesh file.
   std::filesystem::path mesh_path(const std::string& file) const;
 
@@ -55,6 +62,9 @@ class MjcfDocument {
   std::string euler_sequence_ = "xyz";
   std::filesystem::path mesh_folder_;
   bool strips_paths_ = false;
+  MassSource mass_source_ = MassSource::Auto;
+  Scalar least_mass_ = 0;
+  Scalar total_mass_ = -1;
 };
 
 /// An element with the attributes that its class gives it.

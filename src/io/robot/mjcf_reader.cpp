@@ -96,6 +96,7 @@ class MjcfReader {
                  std::size_t parent, int depth);
   void add_body(const XmlNode& node, const BodyContent& content, std::size_t number, int depth);
   Scalar add_geoms(const BodyContent& content, std::size_t number, Link& link);
+  std::optional<Scalar> stated_mass(const BodyContent& content) const;
   Scalar mass_of(const MjcfElement& geom, const Shape* shape, const std::string& body);
   void add_plane(const MjcfElement& geom, const ContactMask& mask, std::size_t body, Link plane,
                  const RigidPose& X_BG);
@@ -405,6 +406,19 @@ void MjcfReader::read_content(const XmlNode& node, const std::string& child_clas
   }
 }
 
+// The mass that a body states, if that counts.
+std::optional<Scalar> MjcfReader::stated_mass(const BodyContent& content) const {
+  switch (document_.mass_source()) {
+    case MjcfDocument::MassSource::Auto:
+      break;
+    case MjcfDocument::MassSource::Inertial:
+      return content.mass.value_or(0);
+    case MjcfDocument::MassSource::Geoms:
+      if (!content.geoms.empty()) return std::nullopt;
+  }
+  return content.mass;
+}
+
 // What the geom weighs: as it states, or by its density. Visual meshes are not read, and a mesh that
 // is not closed has no volume. Planes and height fields weigh nothing.
 Scalar MjcfReader::mass_of(const MjcfElement& geom, const Shape* shape, const std::string& body) {
@@ -443,20 +457,21 @@ Scalar MjcfReader::add_geoms(const BodyContent& content, std::size_t number, Lin
   std::vector<CompoundChild> children;
   bool has_mesh = false;
   bool is_closed = true;
+  const std::optional<Scalar> stated = stated_mass(content);
   Scalar mass = 0;
   for (const BodyContent::Placed& placed : content.geoms) {
     const MjcfElement& geom = placed.element;
     const ContactMask mask{read_mask(geom, "contype"), read_mask(geom, "conaffinity")};
     const auto paired = explicit_geoms_.find(geom.text_or("name", ""));
     const bool collides = !mask.is_visual() || paired != explicit_geoms_.end();
-    if (!collides && (content.mass || number == 0)) continue;
+    if (!collides && (stated || number == 0)) continue;
     RigidPose X_FG;
     const std::string type = geom.text_or("type", "sphere");
     const bool is_read = collides || (type != "mesh" && type != "hfield");
     const std::shared_ptr<const Shape> shape = is_read ? read_geom(geom, X_FG) : nullptr;
     const bool is_plane = shape && as_half_space(*shape) != nullptr;
     const bool has_mass = !is_plane && type != "hfield";
-    if (!content.mass && number != 0 && has_mass) mass += mass_of(geom, shape.get(), link.name);
+    if (!stated && number != 0 && has_mass) mass += mass_of(geom, shape.get(), link.name);
     if (!collides) continue;
     const RigidPose X_BG = placed.X_BF * X_FG;
     if (paired != explicit_geoms_.end()) paired->second = is_plane ? bodies_.size() : number;
@@ -474,7 +489,7 @@ Scalar MjcfReader::add_geoms(const BodyContent& content, std::size_t number, Lin
   }
   link.is_solid = has_mesh && is_closed;
   if (!children.empty()) link.shape = joined(children);
-  return content.mass.value_or(mass);
+  return number == 0 ? 0 : std::max(stated.value_or(mass), document_.least_mass());
 }
 
 void MjcfReader::read_limits(const MjcfElement& element, Joint& joint) const {
@@ -729,6 +744,7 @@ Robot MjcfReader::read() {
   if (world.geoms.empty() && world.bodies.empty()) root_.fail("expected a body in <worldbody>");
   if (!world.joints.empty()) world.joints[0].element.node().fail("the world has no joints");
   add_body(root_, world, 0, 0);
+  if (document_.total_mass() > 0) parts_.set_total_mass(document_.total_mass());
   read_exclusions();
   decide_pairs();
   read_equalities();

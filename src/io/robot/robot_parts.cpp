@@ -2,6 +2,7 @@
 #include "io/robot/robot_parts.h"
 
 #include <algorithm>
+#include <numeric>
 #include <string_view>
 #include <utility>
 
@@ -117,6 +118,12 @@ void RobotParts::add_link(const XmlNode& node, Link link, Scalar mass) {
   }
   links_.push_back(std::move(link));
   robot_.masses.push_back(mass);
+}
+
+void RobotParts::set_total_mass(Scalar total) {
+  const Scalar sum = std::accumulate(robot_.masses.begin(), robot_.masses.end(), Scalar(0));
+  if (!(sum > 0)) return;
+  for (Scalar& mass : robot_.masses) mass *= total / sum;
 }
 
 void RobotParts::add_split(const XmlNode& node, SplitJoint kind, const Joint& joint) {

@@ -34,6 +34,8 @@ class RobotParts {
 
   /// @throws FileError if a link has this name already or there are too many.
   void add_link(const XmlNode& node, Link link, Scalar mass);
+  /// Scales all masses so that they add up to this, unless all are 0.
+  void set_total_mass(Scalar total);
   void add_joint(Joint joint) { joints_.push_back(std::move(joint)); }
   /// The joint's type and limits do not count.
   void add_split(const XmlNode& node, SplitJoint kind, const Joint& joint);
