@@ -4,9 +4,12 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <numbers>
 #include <sstream>
+#include <system_error>
 
+#include "cli/suggestion.h"
 #include "dyop/io/motion_file.h"
 #include "dyop/motion/steady_motions.h"
 #include "geometry/shape_forms.h"
@@ -33,6 +36,19 @@ std::vector<Scalar> parse_sizes(const std::string& text, std::size_t count) {
   }
   DYOP_REQUIRE(sizes.size() == count, "expected ", count, " numbers, found ", sizes.size());
   return sizes;
+}
+
+// A word before a colon is that of a shape, unless there is such a file.
+void require_shape_or_file(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  std::error_code ignored;
+  if (colon == std::string::npos || std::filesystem::exists(text, ignored)) return;
+  std::vector<std::string> words;
+  for (const geometry_internal::ShapeForm& form : geometry_internal::shape_forms()) {
+    words.emplace_back(form.name);
+  }
+  throw InvalidArgument("there is no such file, and no shape '" + text.substr(0, colon) + "'" +
+                        suggestion(text.substr(0, colon), words));
 }
 
 MeshPlacement make_placement(const PlacementArguments& arguments) {
@@ -122,6 +138,7 @@ std::shared_ptr<const Shape> make_shape(const std::string& text,
       if (!text.starts_with(std::string(form.name) + ":")) continue;
       return form.make(parse_sizes(text, form.value_count()));
     }
+    require_shape_or_file(text);
     return std::make_shared<TriangleMesh>(place_mesh(load_mesh(text), make_placement(placement)));
   });
 }

@@ -199,6 +199,8 @@ ShapePointer scaled(const Shape& shape, const Vector3& factors) {
     return std::make_shared<CompoundShape>(children);
   }
   const CompoundChild child = mapped_child(shape, RigidPose(), factors);
+  DYOP_REQUIRE(child.shape || mapped_child(shape, RigidPose(), Vector3::Ones()).shape,
+               "the shape cannot be scaled: it is of a class of your own");
   DYOP_REQUIRE(child.shape, "the shape cannot be scaled by (", factors.transpose(),
                "): only factors of one size keep what is rounded, and of one size along x and y "
                "what is round");

@@ -77,6 +77,9 @@ TEST_F(CommandLine, SuggestsWhatWasMeant) {
   expect_error({"distance", "sphere:1", "sphere:1", "--max-distanc=3"},
                "did you mean '--max-distance'? (see dyop distance --help)");
   expect_error({"robot", "pairs", "r.urdf", "--max-boxs", "3"}, "did you mean '--max-boxes'?");
+  expect_error({"distance", "spher:1", "sphere:1"},
+               "there is no such file, and no shape 'spher'; did you mean 'sphere'?");
+  expect_error({"distance", "sphere:1", "house:1"}, "no shape 'house'\n");
   const CommandResult result = run_command({"sing"});
   EXPECT_EQ(result.err, "dyop: error: unknown command 'sing' (see dyop --help)\n");
   expect_error({std::string(10'000, 'x')}, "unknown command");

@@ -238,6 +238,12 @@ TEST_F(RobotCommand, RefusesWhatIsMissing) {
   EXPECT_EQ(run_command({"robot", "pairs", robot_, "--time-limit", "nan"}).exit_code, 2);
   EXPECT_EQ(run_command({"robot", "pairs", robot_, "--write-srdf", robot_}).exit_code, 2);
   EXPECT_EQ(run_command({"robot", "check", robot_, "no.csv"}).exit_code, 2);
+  const CommandResult both = run_command({"robot", "pairs", robot_, "--write-srdf", "-", "--json"});
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_NE(both.err.find("--write-srdf - and --json"), std::string::npos) << both.err;
+  const CommandResult urdf = run_command({"robot", "pairs", robot_, "--srdf", robot_});
+  EXPECT_EQ(urdf.exit_code, 2);
+  EXPECT_NE(urdf.err.find("not an SRDF file"), std::string::npos) << urdf.err;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
+#include "support/inputs/ellipsoid.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/random_inputs.h"
 #include "support/message_of.h"
@@ -154,6 +155,8 @@ TEST(ScaledShape, RefusesWhatItCannotKeep) {
   EXPECT_NE(message(Capsule(1, 2), {1, 1, 2}).find("cannot be scaled by (1 1 2)"),
             std::string::npos);
   EXPECT_NE(message(Cone(1, 2), {1, 2, 1}).find("cannot be scaled"), std::string::npos);
+  const testing::UserEllipsoid own(Vector3(1, 2, 3));
+  EXPECT_NE(message(own, {2, 2, 2}).find("a class of your own"), std::string::npos);
   const CompoundShape pair({{std::make_shared<Sphere>(1), RigidPose()},
                             {std::make_shared<Cylinder>(1, 2),
                              RigidPose(rotation_from_vector(Vector3(0.3, 0, 0)), {0, 0, 0})}});

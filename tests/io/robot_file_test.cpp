@@ -256,6 +256,19 @@ TEST_F(RobotFile, ReadsSrdf) {
             std::string::npos);
 }
 
+TEST_F(RobotFile, RefusesTheSrdfOfAnotherRobot) {
+  const auto read = [&](const std::string& inside) {
+    const auto srdf = directory_.write("r.srdf", "<robot name=\"r\">" + inside + "</robot>");
+    return message_of("<link name=\"a\"/>", {.srdf = srdf});
+  };
+  EXPECT_EQ(read(""), "no error");
+  EXPECT_EQ(read(R"(<group name="g"><link name="a"/><link name="gone"/></group>)"), "no error");
+  EXPECT_EQ(read(R"(<group name="all"><group name="g"/></group>)"), "no error");
+  EXPECT_NE(read(R"(<group name="g"><link name="b"/></group>)").find("names no link and no joint"),
+            std::string::npos);
+  EXPECT_NE(read(R"(<link name="a"/>)").find("not an SRDF file"), std::string::npos);
+}
+
 TEST_F(RobotFile, WritesSrdfThatItReads) {
   const std::string body =
       link("a", R"(<sphere radius="1"/>)") + link("b &amp; &lt;", R"(<sphere radius="1"/>)") +

@@ -89,6 +89,18 @@ def test_a_call_says_which_argument_does_not_fit():
     assert "'only' must be List[Tuple[str, str]]" in message(
         lambda: dyop.decide_link_pairs(robot, only=[1])
     )
+    # Of several forms only those of which most fits are told.
+    rest = dyop.RestMotion()
+    assert message(lambda: dyop.time_of_impact(ball, rest, ball, 3, (0, 1))) == (
+        "time_of_impact(): argument 'X_WB' must be Motion, not a value of type int"
+    )
+    assert "Shape, not a value of type int; or: argument 'a' must be DeformingMesh" in message(
+        lambda: dyop.time_of_impact(3, rest, ball, rest, (0, 1))
+    )
+    assert message(lambda: dyop.Twist((0, 0, 1), (0, 0, 0))) == (
+        "Twist(): its fields are given by name: v_WB, w_WB"
+    )
+    assert message(lambda: dyop.Twist(v=(0, 0, 1))) == "there is no field 'v'; there are v_WB, w_WB"
     # Nothing but the message is another one.
     np.testing.assert_array_equal(robot.expand([]), [])
 

@@ -290,6 +290,8 @@ void print_pairs(const Robot& robot, const std::vector<LinkPairReport>& pairs, c
 }
 
 ExitCode run_pairs(const PairsArguments& arguments) {
+  DYOP_REQUIRE(arguments.out != "-" || !arguments.is_json,
+               "--write-srdf - and --json both print to stdout: name a file");
   io_internal::require_other_than(arguments.out, {arguments.robot.urdf});
   const InterruptGuard interrupt;
   const Robot robot = load_from(arguments.robot);

@@ -236,6 +236,26 @@ void RobotParts::read_group(const XmlNode& node) {
   robot_.groups.push_back(std::move(group));
 }
 
+// A URDF file has the same root element, and would exempt nothing; so would groups of other names.
+void RobotParts::require_own_srdf(const XmlNode& root) const {
+  for (const char* name : {"link", "joint"}) {
+    if (const auto node = root.find(name)) node->fail("this is a URDF file, not an SRDF file");
+  }
+  const auto is_own = [&](const std::string& name) {
+    return has_link(name) || std::any_of(joints_.begin(), joints_.end(),
+                                         [&](const Joint& joint) { return joint.name == name; });
+  };
+  bool names_any = !robot_.disabled_pairs.empty();
+  bool names_own = names_any;  // their links are known
+  for (const RobotGroup& group : robot_.groups) {
+    for (const std::vector<std::string>& names : {group.links, group.joints}) {
+      names_any = names_any || !names.empty();
+      names_own = names_own || std::any_of(names.begin(), names.end(), is_own);
+    }
+  }
+  if (names_any && !names_own) root.fail("this SRDF file names no link and no joint of the robot");
+}
+
 void RobotParts::read_srdf() {
   if (options_.srdf.empty()) return;
   const XmlFile srdf(options_.srdf, {"robot"});
@@ -250,6 +270,7 @@ void RobotParts::read_srdf() {
     robot_.disabled_pairs.push_back(pair);
   }
   for (const XmlNode& node : srdf.root().all("group")) read_group(node);
+  require_own_srdf(srdf.root());
 }
 
 KinematicChain RobotParts::make_chain() const {

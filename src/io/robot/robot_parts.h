@@ -63,6 +63,7 @@ class RobotParts {
   void couple();
   void reconcile_limits();
   void read_srdf();
+  void require_own_srdf(const XmlNode& root) const;
   void read_group(const XmlNode& node);
   KinematicChain make_chain() const;
 

@@ -71,8 +71,12 @@ def _wanted(kind):
 
 
 def _problem(parameters, args, kwargs):
-    """What is wrong with the first argument that does not fit; None if all seem to."""
+    """How many arguments fit before the first that does not, and what is wrong with that one.
+
+    None for what is wrong if all seem to fit.
+    """
     given = dict(kwargs)
+    fitting = 0
     names = []
     values = list(args)
     takes_more = False
@@ -87,26 +91,35 @@ def _problem(parameters, args, kwargs):
         if values and not is_keyword:
             value = values.pop(0)
             if name in given:
-                return f"argument '{name}' is given twice"
+                return fitting, f"argument '{name}' is given twice"
         elif name in given:
             value = given.pop(name)
         elif default is None:
-            return f"argument '{name}' is missing"
+            return fitting, f"argument '{name}' is missing"
         else:
             continue
         if value is None and default == "None":
+            fitting += 1
             continue
         if not _fits(kind, value):
-            return f"argument '{name}' must be {_wanted(kind)}, not a value of type {type(value).__name__}"
+            wanted = f"must be {_wanted(kind)}, not a value of type {type(value).__name__}"
+            return fitting, f"argument '{name}' {wanted}"
         if kind == "int" and not 0 <= value < 2**31:
-            return f"argument '{name}' is out of range: {value}"
+            return fitting, f"argument '{name}' is out of range: {value}"
+        fitting += 1
     if takes_more:
-        return None
+        return fitting, None
     if values:
-        return f"{len(args)} arguments are given without a name, which is too many"
+        return fitting, f"{len(args)} arguments are given without a name, which is too many"
     for name in given:
-        return f"there is no argument '{name}'; there are {', '.join(names)}"
-    return None
+        return fitting, f"there is no argument '{name}'; there are {', '.join(names)}"
+    return fitting, None
+
+
+def _of_all(name):
+    """What to say of a call whose arguments seem to fit: a record takes fields by name alone."""
+    fields = getattr(getattr(_dyop, name, None), "_fields", ())
+    return f"its fields are given by name: {', '.join(fields)}" if fields else "the arguments do not fit"
 
 
 def explain(message, args, kwargs):
@@ -123,7 +136,11 @@ def explain(message, args, kwargs):
             name, values = form[1].split(".")[-1], args[1:]
         elif parameters and parameters[0].startswith("self:"):
             parameters, values = parameters[1:], args[1:]
-        problems.append(_problem(parameters, values, kwargs) or "the arguments do not fit")
+        fitting, problem = _problem(parameters, values, kwargs)
+        problems.append((fitting, problem or _of_all(name)))
     if not problems:
         return message
-    return f"{name or 'this attribute'}(): " + "; or: ".join(dict.fromkeys(problems))
+    # The form of the call that was meant is the one of which most fits.
+    most = max(fitting for fitting, _ in problems)
+    nearest = dict.fromkeys(problem for fitting, problem in problems if fitting == most)
+    return f"{name or 'this attribute'}(): " + "; or: ".join(nearest)

@@ -30,6 +30,12 @@ std::string short_repr(const py::object& value) {
   return text + ']';
 }
 
+std::string names_of(const FieldList& fields) {
+  std::string names;
+  for (const Field& field : fields) names += (names.empty() ? "" : ", ") + field.name;
+  return names;
+}
+
 }  // namespace
 
 void finish_record(const py::object& type, const FieldList& fields,
@@ -91,7 +97,9 @@ void set_fields(void* record, const FieldList& fields, const py::kwargs& values)
     const std::string name = py::str(key);
     const auto field =
         std::find_if(fields.begin(), fields.end(), [&](const Field& f) { return f.name == name; });
-    if (field == fields.end()) throw py::type_error("there is no field '" + name + "'");
+    if (field == fields.end()) {
+      throw py::type_error("there is no field '" + name + "'; there are " + names_of(fields));
+    }
     try {
       field->set(record, value);
     } catch (const py::cast_error&) {
