@@ -547,8 +547,10 @@ std::optional<std::vector<Contact>> find_contacts(const Shape& a, const RigidPos
   ContactBudget budget(limits);
   std::vector<Contact> gathered;  // in frame A
   std::vector<Contact> nearest;   // in world, for parts without a surface
-  for (const distance_internal::PartPair& pair :
-       distance_internal::near_parts(a, X_WA, b, X_WB, noise, max_distance)) {
+  distance_internal::BoxPairStack stack;
+  std::vector<distance_internal::PartPair> parts;
+  distance_internal::find_near_parts(a, X_WA, b, X_WB, noise, max_distance, stack, parts);
+  for (const distance_internal::PartPair& pair : parts) {
     if (limits.stop.stop_requested()) return std::nullopt;
     const ContactPart part_a = part_of(a, pair.a);
     const ContactPart part_b = part_of(b, pair.b);

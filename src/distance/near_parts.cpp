@@ -26,15 +26,19 @@ class PartTree : public ShapeTree {
 
 }  // namespace
 
-std::vector<PartPair> near_parts(const Shape& a, const RigidPose& X_WA, const Shape& b,
-                                 const RigidPose& X_WB, Scalar noise, Scalar reach) {
-  if (a.kind() != ShapeKind::Compound && b.kind() != ShapeKind::Compound) return {PartPair()};
+void find_near_parts(const Shape& a, const RigidPose& X_WA, const Shape& b, const RigidPose& X_WB,
+                     Scalar noise, Scalar reach, BoxPairStack& stack,
+                     std::vector<PartPair>& pairs) {
+  pairs.clear();
+  if (a.kind() != ShapeKind::Compound && b.kind() != ShapeKind::Compound) {
+    pairs.emplace_back();
+    return;
+  }
   const RigidPose X_AB = X_WA.inverse() * X_WB;
   const Scalar apart = X_AB.translation().norm();
   const PartTree tree_a(a, geometry_internal::extent_beside(a, b, apart));
   const PartTree tree_b(b, geometry_internal::extent_beside(b, a, apart));
-  std::vector<PartPair> pairs;
-  BoxPairStack stack{kRootPair};
+  stack.assign(1, kRootPair);
   visit_leaf_pairs(
       LeafSearch<PartTree>{tree_a, tree_b, X_AB, noise, reach}, stack,
       [&](const BoxPair& pair) {
@@ -44,7 +48,6 @@ std::vector<PartPair> near_parts(const Shape& a, const RigidPose& X_WA, const Sh
   std::sort(pairs.begin(), pairs.end(), [](const PartPair& x, const PartPair& y) {
     return std::tie(x.a, x.b) < std::tie(y.a, y.b);
   });
-  return pairs;
 }
 
 }  // namespace dyop::distance_internal

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "distance/distance_traversal.h"
 #include "dyop/core/export.h"
 #include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/shape.h"
@@ -19,7 +20,10 @@ struct PartPair {
 /// The pairs of children of two shapes that may be at most `reach` apart: all that are, in the order
 /// of their numbers.
 /// @param noise Allowance for rounding in a distance of the two shapes.
-DYOP_EXPORT std::vector<PartPair> near_parts(const Shape& a, const RigidPose& X_WA, const Shape& b,
-                                             const RigidPose& X_WB, Scalar noise, Scalar reach);
+/// @param stack Memory that is kept by the caller.
+/// @param pairs Gets them.
+DYOP_EXPORT void find_near_parts(const Shape& a, const RigidPose& X_WA, const Shape& b,
+                                 const RigidPose& X_WB, Scalar noise, Scalar reach,
+                                 BoxPairStack& stack, std::vector<PartPair>& pairs);
 
 }  // namespace dyop::distance_internal

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -47,6 +48,9 @@ constexpr Scalar kMostSlip = 2;
 
 // A motion may leave the trocar by this fraction of the rest offset.
 constexpr Scalar kTrocarShare = 0.5;
+// A solve gets wishes to turn about the trocar by at most so much, radians. Larger: jumps leave the
+// trocar by more than the rest offset. Smaller: the tool lags behind a device held off it.
+constexpr Scalar kMostTrocarTurn = 0.25;
 
 // So many holds are kept at the slowest pace: with fewer the proof finds the others, one by one.
 constexpr int kFewestHolds = 8;
@@ -75,6 +79,7 @@ ActiveContacts::ActiveContacts(const LoopScene& scene, const ToolPoses& start)
       solver_(scene.tools, scene.bodies, std::size_t(scene.options.max_contacts)),
       holds_from_(start) {
   found_.reserve(kReservedHolds);
+  apart_.reserve(kReservedHolds);
 }
 
 bool ActiveContacts::can_hold() const {
@@ -241,7 +246,69 @@ void ActiveContacts::add_if_new(const HoldPoint& hold) {
   if (!is_known) holds_.push_back(hold);
 }
 
-// The nearest first, one for each point, no more than the solver may have.
+namespace {
+
+// Gaps that differ by less than this part of the rest offset are the same: which is the nearest is a
+// matter of rounding, and changes from tick to tick.
+constexpr Scalar kSameGap = 0.05;
+
+// Squared distance of two holds; a normal counts like a lever of that length.
+Scalar squared_distance(const HoldPoint& x, const HoldPoint& y, Scalar lever) {
+  return (x.p_WB - y.p_WB).squaredNorm() +
+         lever * lever * (x.nhat_AB_W - y.nhat_AB_W).squaredNorm();
+}
+
+// Chooses holds one after the other, each as far as possible from all before. Of those as far the
+// first counts, so that rounding does not choose.
+class Spread {
+ public:
+  // The scratch is kept by the caller, as a tick must not allocate.
+  Spread(std::span<const HoldPoint> holds, const std::vector<HoldPoint>& chosen,
+         std::vector<Scalar>& scratch)
+      : holds_(holds), apart_(scratch) {
+    apart_.clear();
+    Vector3 middle = Vector3::Zero();
+    for (const HoldPoint& hold : holds) middle += hold.p_WB / Scalar(holds.size());
+    for (const HoldPoint& hold : holds) {
+      apart_.push_back((hold.p_WB - middle).squaredNorm());
+      lever_ = std::max(lever_, std::sqrt(apart_.back()));
+    }
+    if (chosen.empty()) return;
+    std::fill(apart_.begin(), apart_.end(), kInfinity);
+    for (const HoldPoint& hold : chosen) add(hold);
+  }
+
+  // The next one; null if all that are left are nearer than `least` to others.
+  const HoldPoint* next(Scalar least) {
+    constexpr Scalar kFarther = 1 + 1e-6;  // literal: above rounding
+    std::size_t farthest = 0;
+    for (std::size_t k = 1; k < holds_.size(); ++k) {
+      if (apart_[k] > kFarther * apart_[farthest]) farthest = k;
+    }
+    if (is_begun_ && !(apart_[farthest] > least * least)) return nullptr;
+    if (!is_begun_) std::fill(apart_.begin(), apart_.end(), kInfinity);
+    add(holds_[farthest]);
+    return &holds_[farthest];
+  }
+
+ private:
+  void add(const HoldPoint& hold) {
+    is_begun_ = true;
+    for (std::size_t k = 0; k < holds_.size(); ++k) {
+      apart_[k] = std::min(apart_[k], squared_distance(holds_[k], hold, lever_));
+    }
+  }
+
+  std::span<const HoldPoint> holds_;
+  std::vector<Scalar>& apart_;  // from the chosen ones, squared; at first from the middle
+  Scalar lever_ = 0;
+  bool is_begun_ = false;
+};
+
+}  // namespace
+
+// The nearest first, one for each point, no more than the solver may have. Of a face that lies on a
+// fine mesh many are as near: those that are spread over it.
 void ActiveContacts::thin(const Course& course) {
   const auto excess = [&](const HoldPoint& hold) {
     return hold.gap() - scene_.obstacles[hold.obstacle]->margin;
@@ -252,9 +319,29 @@ void ActiveContacts::thin(const Course& course) {
     return is_named_before(x, y);
   });
   holds_.clear();
-  for (const HoldPoint& hold : found_) {
-    if (holds_.size() >= most_holds(course)) break;
-    add_if_new(hold);
+  const std::size_t most = most_holds(course);
+  std::size_t next = 0;
+  if (found_.size() > most) {
+    const Scalar same = kSameGap * scene_.options.rest_offset;
+    const Scalar last = excess(found_[most - 1]);
+    while (excess(found_[next]) < last - same) add_if_new(found_[next++]);
+    std::size_t end = next;
+    while (end < found_.size() && excess(found_[end]) <= last + same) ++end;
+    add_spread(next, end, most);
+    next = end;
+  }
+  for (; next < found_.size() && holds_.size() < most; ++next) add_if_new(found_[next]);
+}
+
+// Of those found from `first` on to `last`.
+void ActiveContacts::add_spread(std::size_t first, std::size_t last, std::size_t most) {
+  const std::span<HoldPoint> equal = std::span(found_).subspan(first, last - first);
+  std::sort(equal.begin(), equal.end(), is_named_before);
+  Spread spread(equal, holds_, apart_);
+  while (holds_.size() < most) {
+    const HoldPoint* hold = spread.next(kSamePlace * scene_.options.rest_offset);
+    if (!hold) return;
+    add_if_new(*hold);
   }
 }
 
@@ -344,19 +431,34 @@ Scalar ActiveContacts::horizon_of(const Course& course, const ToolSteps& steps,
   return part < 1 ? part * duration : duration;
 }
 
+// A wish to go across the axis becomes a turn, too.
+ActiveContacts::TrocarTurn ActiveContacts::trocar_turn(std::size_t tool, const ToolPose& from,
+                                                       const ToolStep& step) const {
+  const ToolTrocar& trocar = *scene_.tools[tool].trocar;
+  const Vector3 axis_W = (from.X_WT.rotation() * trocar.axis_T).normalized();
+  const Vector3 away_W = trocar.p_W - from.X_WT.translation();
+  const Scalar lever = std::max(away_W.norm(), reach_of(scene_.bodies, tool));
+  return {step.w_W.norm() + step.v_W.cross(axis_W).norm() / lever, lever};
+}
+
 // A motion with the turn w and the displacement v leaves the trocar by what these add at second
-// order, at most |w| (|w| l / 2 + |v|) if T's origin is l away. A wish to go across the axis
-// becomes a turn, too.
+// order, at most |w| (|w| l / 2 + |v|) if T's origin is l away.
 Scalar ActiveContacts::trocar_part(std::size_t tool, const ToolPose& from,
                                    const ToolStep& step) const {
-  const auto& trocar = scene_.tools[tool].trocar;
-  if (!trocar) return 1;
-  const Vector3 axis_W = (from.X_WT.rotation() * trocar->axis_T).normalized();
-  const Vector3 away_W = trocar->p_W - from.X_WT.translation();
-  const Scalar lever = std::max(away_W.norm(), reach_of(scene_.bodies, tool));
-  const Scalar turn = step.w_W.norm() + step.v_W.cross(axis_W).norm() / lever;
+  if (!scene_.tools[tool].trocar) return 1;
+  const auto [turn, lever] = trocar_turn(tool, from, step);
   const Scalar error = turn * (turn * lever / 2 + step.v_W.norm());
   return std::min(Scalar{1}, std::sqrt(kTrocarShare * scene_.options.rest_offset / error));
+}
+
+// The solve takes turns for linear: how much of a wish it may get.
+Scalar ActiveContacts::linear_part(const ToolPoses& from, const ToolSteps& wish) const {
+  Scalar part = 1;
+  for (std::size_t tool = 0; tool < wish.size(); ++tool) {
+    if (!scene_.tools[tool].trocar) continue;
+    part = std::min(part, kMostTrocarTurn / trocar_turn(tool, from[tool], wish[tool]).turn);
+  }
+  return part;
 }
 
 Scalar ActiveContacts::trocar_part(const ToolPoses& from, const ToolSteps& steps) const {

@@ -60,6 +60,8 @@ class ActiveContacts {
   Scalar horizon_of(const Course& course, const ToolSteps& steps, Scalar duration) const;
   /// How much of a step can be made at once without leaving a trocar; 1 if there is none.
   Scalar trocar_part(const ToolPoses& from, const ToolSteps& steps) const;
+  /// How much of a wish a solve may get, which takes turns about a trocar for linear.
+  Scalar linear_part(const ToolPoses& from, const ToolSteps& wish) const;
   /// A place where a proof found that the tool is held.
   void add_hit(const HoldPoint& hit);
   /// Time in which they move with the tool and with tissue.
@@ -79,6 +81,13 @@ class ActiveContacts {
   Scalar likely_step(const Course& course, const ToolBody& body, const ToolMotions& wished,
                      Scalar duration) const;
   Scalar size_of(const Course& course, const ToolBody& body, const ToolStep& step) const;
+  /// How far a step turns a tool about its trocar, a displacement across the axis included, and the
+  /// length of the lever.
+  struct TrocarTurn {
+    Scalar turn = 0;
+    Scalar lever = 0;
+  };
+  TrocarTurn trocar_turn(std::size_t tool, const ToolPose& from, const ToolStep& step) const;
   Scalar trocar_part(std::size_t tool, const ToolPose& from, const ToolStep& step) const;
   void expect(const Course& course, const ProxyPair& pair, Scalar duration,
               ExpectedApproach& approach) const;
@@ -87,6 +96,7 @@ class ActiveContacts {
   void add_if_new(const HoldPoint& hold);
   std::size_t most_holds(const Course& course) const;
   void thin(const Course& course);
+  void add_spread(std::size_t first, std::size_t last, std::size_t most);
   void warm_start();
   Vector3 bend_of(std::size_t body, const Vector3& p_W, const ToolPoses& from, const ToolPoses& end,
                   const ToolSteps& steps, Scalar part) const;
@@ -109,6 +119,7 @@ class ActiveContacts {
   std::int64_t search_work_ = 0;  // pieces of the last search
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;
+  std::vector<Scalar> apart_;  // scratch of thin()
 };
 
 }  // namespace dyop::haptics_internal

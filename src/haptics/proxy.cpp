@@ -313,7 +313,7 @@ Proxy::Plan Proxy::plan(const ToolPoses& goal, const Piece& piece) const {
     if (!piece.moving[k]) whole[k] = {};
   }
   Scalar part = course_.pace * piece.duration / piece.remaining;
-  part = std::min(part, contacts_.trocar_part(course_.pose, whole));
+  part = std::min(part, contacts_.linear_part(course_.pose, whole));
   Plan plan{scaled(whole, part), PerTool<Scalar>(scene_.tools.size(), part)};
   if (!out_W || !piece.moving[leaving]) return plan;
   plan.wish[leaving].v_W = scene_.options.recovery_speed * piece.duration * *out_W;

@@ -183,6 +183,15 @@ TEST(CompoundDistance, TakesChildrenForSolids) {
   EXPECT_NE(message.find("solid_a"), std::string::npos) << message;
 }
 
+std::vector<distance_internal::PartPair> near_parts(const Shape& a, const RigidPose& X_WA,
+                                                    const Shape& b, const RigidPose& X_WB,
+                                                    Scalar noise, Scalar reach) {
+  distance_internal::BoxPairStack stack;
+  std::vector<distance_internal::PartPair> pairs;
+  distance_internal::find_near_parts(a, X_WA, b, X_WB, noise, reach, stack, pairs);
+  return pairs;
+}
+
 // All pairs of children within reach are listed, and of a large cloud few others.
 TEST(CompoundDistance, ListsTheChildrenThatAreNear) {
   std::mt19937_64 random(5);
@@ -195,7 +204,7 @@ TEST(CompoundDistance, ListsTheChildrenThatAreNear) {
         const RigidPose X_WA(random_rotation(random), size * random_direction(random));
         const RigidPose X_WB(random_rotation(random), 3 * size * random_direction(random));
         const Scalar reach = 0.3 * size;
-        const auto near = distance_internal::near_parts(*a, X_WA, *b, X_WB, 1e-9 * size, reach);
+        const auto near = near_parts(*a, X_WA, *b, X_WB, 1e-9 * size, reach);
         std::size_t needed = 0;
         const std::vector<CompoundChild> of_a = children_of(*a);
         const std::vector<CompoundChild> of_b = children_of(*b);
@@ -219,11 +228,8 @@ TEST(CompoundDistance, ListsTheChildrenThatAreNear) {
   std::vector<Vector3> points;
   for (int i = 0; i < 3000; ++i) points.push_back(random_direction(random));
   const CompoundShape cloud = point_cloud(points, 0.01);
-  EXPECT_TRUE(
-      distance_internal::near_parts(cloud, RigidPose(), cloud, at(3, 0, 0), 1e-9, 0.1).empty());
-  EXPECT_LT(distance_internal::near_parts(cloud, RigidPose(), Sphere(0.01), at(1, 0, 0), 1e-9, 0.01)
-                .size(),
-            20U);
+  EXPECT_TRUE(near_parts(cloud, RigidPose(), cloud, at(3, 0, 0), 1e-9, 0.1).empty());
+  EXPECT_LT(near_parts(cloud, RigidPose(), Sphere(0.01), at(1, 0, 0), 1e-9, 0.01).size(), 20U);
 }
 
 // A table on four legs stands on the floor with the corners of its legs.

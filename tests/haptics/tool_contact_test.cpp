@@ -114,6 +114,28 @@ TEST(ToolContact, ImpulsesOfATickAreThePullOfTheSprings) {
   EXPECT_LE((given - felt).norm(), 0.002 * felt.norm());
 }
 
+// A face on a fine mesh touches more vertices than a solve takes, all as near: those that are taken
+// bear it, and are the same in every tick.
+TEST(ToolContact, AFaceRestsOnAFineMesh) {
+  for (const int cells : {20, 80, 120}) {
+    HapticScene scene;
+    scene.tool.push_back({std::make_shared<Box>(Vector3(3, 2, 1)), RigidPose()});
+    scene.X_WT = RigidPose(Vector3(0, 0, 3));
+    scene.obstacles.push_back(testing::deforming_tissue(testing::sheet(60, cells), 0.4));
+    HapticSession session(scene, testing::haptic_options());
+    const Scalar pressed = 2;
+    for (int k = 0; k < 200; ++k) {
+      const Scalar part = std::min(1.0, k / 80.0);
+      const HapticTick& tick = session.update(testing::device_at({0, 0, 3 - part * (2 + pressed)}),
+                                              testing::kMillisecond);
+      if (k < 150) continue;
+      EXPECT_NEAR(tick.wrench.force_W.z(), pressed + 0.02, 1e-3) << cells;
+      EXPECT_LT(tick.wrench.force_W.head<2>().norm(), 1e-3) << cells;
+      EXPECT_LT(tick.wrench.torque_W.norm(), 0.01) << cells;  // it tips at 4
+    }
+  }
+}
+
 TEST(ToolContact, SticksInsideTheConeAndSlipsOnIt) {
   MovingSheet moving(Vector3::Zero());
   const auto state = [&] {

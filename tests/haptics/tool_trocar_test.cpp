@@ -98,6 +98,20 @@ TEST(ToolTrocar, TheToolRestsWhereTheSpringsHaveLeastEnergy) {
   }
 }
 
+// However far the device is held off the trocar, the tool follows it within some ticks.
+TEST(ToolTrocar, TheToolFollowsADeviceHeldOffIt) {
+  const HapticScene scene = rod_in_trocar();
+  const HapticOptions options = haptic_options();
+  HapticSession session(scene, options);
+  for (int k = 0; k <= 180; ++k) {
+    const RigidPose X_WD(Vector3(0.1 * k, 0, 0));  // 100 mm/s
+    const HapticTick& tick = session.update(DevicePose(X_WD), kMillisecond);
+    if (k % 30 != 0) continue;
+    const Rest rest = rest_of(X_WD, *scene.trocar, options.coupling);
+    EXPECT_LE((tick.tool.X_WT.translation() - rest.p_W).norm(), 0.15) << k;
+  }
+}
+
 TEST(ToolTrocar, ItSlidesAndTurnsAboutItsAxisFreely) {
   HapticSession session(rod_in_trocar(), haptic_options());
   for (int k = 0; k < 300; ++k) {

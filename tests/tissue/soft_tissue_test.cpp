@@ -234,6 +234,17 @@ TEST(SoftTissue, KeepsItsMomentum) {
   }
 }
 
+// Nothing bends it: rounding in its energies is no reason to stop.
+TEST(SoftTissue, FliesOnWithoutTurning) {
+  for (const Scalar spin : {0., 1e-6}) {
+    SoftTissue tissue(lump(), options_for(0.3, 0.02));
+    tissue.set_velocity(Vector3(0, 0, 25), Vector3(0, 0, spin));
+    const Vector3 before = tissue.balance().momentum_W;
+    for (int k = 0; k < 50; ++k) tissue.step();
+    EXPECT_LE((tissue.balance().momentum_W - before).norm(), 1e-9 * before.norm()) << spin;
+  }
+}
+
 TEST(SoftTissue, AnImpulseBecomesMomentum) {
   SoftTissue tissue(lump(), options_for(0.3));
   const Vector3 force(0.3, -0.2, 0.1);

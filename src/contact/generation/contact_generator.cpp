@@ -90,8 +90,11 @@ bool generate_contacts(const Shape& a, const RigidPose& X_WA, const Shape& b, co
                  " and ", radius);
   }
   contacts.clear();
-  for (const distance_internal::PartPair& pair : distance_internal::near_parts(
-           a, X_WA, b, X_WB, 2 * distance_internal::pose_noise(a, X_WA, b, X_WB), reach)) {
+  std::vector<distance_internal::PartPair>& parts = workspace.impl().parts;
+  distance_internal::find_near_parts(a, X_WA, b, X_WB,
+                                     2 * distance_internal::pose_noise(a, X_WA, b, X_WB), reach,
+                                     workspace.impl().stack, parts);
+  for (const distance_internal::PartPair& pair : parts) {
     if (is_over(interrupt)) break;
     append_contacts(geometry_internal::shape_part(a, pair.a), pair.a, X_WA,
                     geometry_internal::shape_part(b, pair.b), pair.b, X_WB, reach, options,

@@ -11,6 +11,7 @@
 #include "distance/leaf_pairs.h"
 #include "distance/near_boxes.h"
 #include "distance/near_features.h"
+#include "distance/near_parts.h"
 #include "distance/neighbour_list.h"
 #include "dyop/contact/contact_generator.h"
 #include "geometry/shape_tree.h"
@@ -94,6 +95,7 @@ struct ContactWorkspace::Impl {
   std::vector<std::uint32_t> order;  // of `found`
   distance_internal::BoxPairStack first_pairs;
   distance_internal::BoxPairStack split_pairs;
+  std::vector<distance_internal::PartPair> parts;
   /// Neighbour list of the shapes of the next calls, neither a compound; null: none.
   distance_internal::NeighbourList* neighbours = nullptr;
 };

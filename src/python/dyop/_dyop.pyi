@@ -709,6 +709,7 @@ class DerivativeStatus(metaclass=_EnumType):
     __members__: ClassVar[Dict[str, DerivativeStatus]]
     NotRun: ClassVar[DerivativeStatus]
     Proven: ClassVar[DerivativeStatus]
+    Unproven: ClassVar[DerivativeStatus]
     Tie: ClassVar[DerivativeStatus]
     Touching: ClassVar[DerivativeStatus]
     Grazing: ClassVar[DerivativeStatus]
