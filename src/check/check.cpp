@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/check.h"
 
+#include <optional>
 #include <ostream>
 
+#include "check/digests.h"
 #include "check/enclosure.h"
 #include "check/laws/laws.h"
 #include "check/trusted/haptic_prover.h"
@@ -202,6 +204,25 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
   return verdict.undecided.count > 0 ? 3 : 0;
 }
 
+int check_recording(const Hdf5Reader& reader, const CheckOptions& options, std::ostream& out) {
+  if (reader.text_attribute("format") == "dyop tool recording") {
+    const HapticRecording recording(reader);
+    return print_verdict(out, recording, check_haptic_run(recording, options));
+  }
+  const Recording recording = read_recording(reader);
+  const int code = print_verdict(out, recording, check_geometry(recording, options));
+  const LawData data = read_law_data(reader, recording);
+  if (data.changes.empty()) {
+    out << "flight, contact: not checked, the file has no impulses\n";
+    return code;
+  }
+  const FlightLaw flights = check_flights(recording, data);
+  print_flights(out, recording, flights);
+  const ContactLaw contacts = check_contacts(recording, data);
+  print_contacts(out, recording, contacts);
+  return flights.holds() && contacts.holds() ? code : 1;
+}
+
 }  // namespace
 
 int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors) {
@@ -209,22 +230,13 @@ int check_file(const std::string& file, double scale, std::ostream& out, std::os
     const Hdf5Reader reader(file);
     CheckOptions options;
     options.scale = scale;
-    if (reader.text_attribute("format") == "dyop tool recording") {
-      const HapticRecording recording(reader);
-      return print_verdict(out, recording, check_haptic_run(recording, options));
+    const int code = check_recording(reader, options, out);
+    if (const std::optional<std::string> damaged = find_damage(reader)) {
+      errors << "dyop-check: error: " << printable(file) << ": the dataset " << printable(*damaged)
+             << " is damaged: not what was recorded, whatever is proven of it\n";
+      return code == 1 ? 1 : 2;
     }
-    const Recording recording = read_recording(reader);
-    const int code = print_verdict(out, recording, check_geometry(recording, options));
-    const LawData data = read_law_data(reader, recording);
-    if (data.changes.empty()) {
-      out << "flight, contact: not checked, the file has no impulses\n";
-      return code;
-    }
-    const FlightLaw flights = check_flights(recording, data);
-    print_flights(out, recording, flights);
-    const ContactLaw contacts = check_contacts(recording, data);
-    print_contacts(out, recording, contacts);
-    return flights.holds() && contacts.holds() ? code : 1;
+    return code;
   } catch (const BadFile& error) {
     errors << "dyop-check: error: " << printable(file) << ": " << printable(error.what()) << '\n';
   } catch (const std::exception& error) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/trusted/hdf5_table.h"
 
+#include <algorithm>
 #include <array>
 #include <sstream>
 
@@ -99,6 +100,10 @@ std::int64_t Hdf5Reader::integer_attribute(const char* name) const {
   return value;
 }
 
+bool Hdf5Reader::has(const char* dataset) const {
+  return H5Lexists(file_, dataset, H5P_DEFAULT) > 0;
+}
+
 std::uint64_t Hdf5Reader::length(const char* dataset) const {
   return Dataset(file_, dataset).size[0];
 }
@@ -116,6 +121,37 @@ std::vector<T> Hdf5Reader::column(const char* table, const char* name, hid_t typ
   std::vector<T> numbers(count * width);
   data.read(row, 0, count, 1, numbers.data());
   return numbers;
+}
+
+std::vector<std::string> Hdf5Reader::names(const char* table, const char* name,
+                                           std::uint64_t count) const {
+  constexpr std::size_t kSize = 32;
+  if (count == 0) return {};
+  const Handle text(H5Tcopy(H5T_C_S1), H5Tclose, name);
+  H5Tset_size(text, kSize);
+  const Handle row(H5Tcreate(H5T_COMPOUND, kSize), H5Tclose, name);
+  H5Tinsert(row, name, 0, text);
+  const Dataset data(file_, table);
+  data.require_rows(count);
+  std::vector<std::array<char, kSize>> all(count);
+  data.read(row, 0, count, 1, all.data());
+  std::vector<std::string> names;
+  for (const std::array<char, kSize>& one : all) {
+    names.emplace_back(one.data(), std::find(one.begin(), one.end(), '\0') - one.begin());
+  }
+  return names;
+}
+
+std::vector<std::uint64_t> Hdf5Reader::words(const std::string& dataset, std::uint64_t first,
+                                             std::uint64_t count) const {
+  const Dataset data(file_, dataset);
+  if (first + count < first) throw BadFile(dataset + " is too short");
+  data.require_rows(first + count);
+  const Handle type(H5Dget_type(data.id), H5Tclose, dataset);
+  const std::uint64_t bytes = H5Tget_size(type) * data.size[1] * count;
+  std::vector<std::uint64_t> words((bytes + 7) / 8);
+  data.read(type, first, count, data.size[1], words.data());
+  return words;
 }
 
 template <typename Numbers>

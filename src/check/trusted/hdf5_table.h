@@ -23,6 +23,7 @@ class Hdf5Reader {
 
   std::string text_attribute(const char* name) const;
   std::int64_t integer_attribute(const char* name) const;
+  bool has(const char* dataset) const;
   std::uint64_t length(const char* dataset) const;
 
   /// The first `count` rows of a column of a table, `width` numbers in each.
@@ -31,6 +32,13 @@ class Hdf5Reader {
   std::vector<std::uint64_t> integers(const char* table, const char* column, std::uint64_t count,
                                       std::size_t width = 1) const;
   std::vector<Vec> vectors(const char* table, const char* column, std::uint64_t count) const;
+
+  /// The same of a column of text.
+  std::vector<std::string> names(const char* table, const char* column, std::uint64_t count) const;
+
+  /// Rows as they are in the file, the last word filled up with zeros.
+  std::vector<std::uint64_t> words(const std::string& dataset, std::uint64_t first,
+                                   std::uint64_t count) const;
 
   /// `count` rows of a dataset of numbers from the row `first` on, `width` numbers in each.
   std::vector<double> numbers(const char* dataset, std::uint64_t count, std::size_t width = 1,
