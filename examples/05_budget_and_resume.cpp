@@ -51,5 +51,5 @@ int main() {
 // budget spent: apart until 0.3484, undecided after
 // budget spent: apart until 0.5513, undecided after
 // budget spent: apart until 0.6098, undecided after
-// budget spent: apart until 0.6470, undecided after
+// budget spent: apart until 0.6479, undecided after
 // impact: apart until 0.6494

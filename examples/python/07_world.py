@@ -32,14 +32,14 @@ for second in range(1, 4):
     x, _, z = world.state(body).X_WB.translation
     print(
         f"t = {world.time():g}: {report.status.name}, {len(report.impacts)} impacts, "
-        f"x = {x:.3f}, z = {z:.3f}, kinetic energy {world.kinetic_energy():.4f}"
+        f"x = {x:.3f}, z = {z:.4f}, kinetic energy {world.kinetic_energy():.4f}"
     )
 
 for record in world.contacts():
     names = [world.body(id).name for id in (record.a, record.b)]
     print(*names, f"touch at {len(record.contacts)} points, gap >= {record.gap_lower:.1e}")
 # Prints:
-# t = 1: Completed, 2 impacts, x = 0.076, z = 0.212, kinetic energy 0.0080
-# t = 2: Completed, 1 impacts, x = 0.078, z = 0.200, kinetic energy 0.0000
-# t = 3: Completed, 0 impacts, x = 0.078, z = 0.200, kinetic energy 0.0000
+# t = 1: Completed, 2 impacts, x = 0.076, z = 0.2121, kinetic energy 0.0080
+# t = 2: Completed, 1 impacts, x = 0.078, z = 0.2005, kinetic energy 0.0000
+# t = 3: Completed, 0 impacts, x = 0.078, z = 0.2005, kinetic energy 0.0000
 # ground cube touch at 4 points, gap >= 5.0e-04

@@ -68,6 +68,7 @@ inline AdvanceReport small_report() {
   report.too_near = {{BodyId(0), BodyId(1)}};
   report.integrator = {5, 6, 7};
   report.toi = {1, 2, 3, 4};
+  report.work.steps = 2;
   report.work.pairs_by_query = 8;
   return report;
 }
