@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "check/check.h"
 
+#include <cstdint>
 #include <optional>
 #include <ostream>
+#include <string>
+#include <vector>
 
-#include "check/digests.h"
 #include "check/enclosure.h"
 #include "check/laws/laws.h"
 #include "check/trusted/haptic_prover.h"
@@ -202,6 +204,29 @@ int print_verdict(std::ostream& out, const HapticRecording& recording,
       << " pairs of bodies proven, " << verdict.node_pairs << " node pairs\n";
   if (verdict.refuted.count > 0) return 1;
   return verdict.undecided.count > 0 ? 3 : 0;
+}
+
+// FNV-1a over words of 64 bits.
+std::uint64_t digest_of(const std::vector<std::uint64_t>& words) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const std::uint64_t word : words) hash = (hash ^ word) * 0x100000001b3;
+  return hash;
+}
+
+// Damage after the file was written: the first dataset of which a block of rows is not what its
+// digest in `/digests` says. None where there are no digests, as of a run that goes on.
+std::optional<std::string> find_damage(const Hdf5Reader& file) {
+  constexpr const char* kTable = "digests";
+  if (!file.has(kTable)) return std::nullopt;
+  const std::uint64_t count = file.length(kTable);
+  const std::vector<std::string> datasets = file.names(kTable, "dataset", count);
+  const std::vector<std::uint64_t> first = file.integers(kTable, "first", count);
+  const std::vector<std::uint64_t> rows = file.integers(kTable, "count", count);
+  const std::vector<std::uint64_t> digest = file.integers(kTable, "digest", count);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (digest_of(file.words(datasets[k], first[k], rows[k])) != digest[k]) return datasets[k];
+  }
+  return std::nullopt;
 }
 
 int check_recording(const Hdf5Reader& reader, const CheckOptions& options, std::ostream& out) {

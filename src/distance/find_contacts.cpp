@@ -176,6 +176,7 @@ class ContactGathering {
   bool run_convex(const ConvexShape& a, const ConvexShape& b);
   // Likewise for two boxes.
   bool run_boxes(const ConvexShape& a, const ConvexShape& b);
+  bool are_apart(const ConvexShape& a, const ConvexShape& b) const;
   void add_triangle_pair(std::int32_t triangle_a, std::int32_t triangle_b);
   void add_crossing(const PlacedTriangle& a, const PlacedTriangle& b, const TriangleDistance& d);
   void add_vertex(bool of_a, const PlacedVertex& vertex, const PlacedTriangle& triangle);
@@ -193,6 +194,7 @@ class ContactGathering {
   Scalar max_distance_;
   ContactBudget& budget_;
   std::vector<Contact> inner_contacts_;  // of edges inside a flat area
+  bool are_far_ = false;                 // farther apart than is sought, by run_convex()
 };
 
 // Adds the witness pair of two features, given without the radii, if it is near enough.
@@ -330,7 +332,8 @@ bool ContactGathering::run_convex(const ConvexShape& a, const ConvexShape& b) {
   const auto search =
       distance_internal::find_near_features(a, b, X_AB_, reach(), 2 * noise_, of_a, of_b);
   if (search != distance_internal::NearSearch::Found) {
-    return search == distance_internal::NearSearch::None;
+    are_far_ = search == distance_internal::NearSearch::None;
+    return are_far_;
   }
   contacts.reserve(16);
   for (const bool is_of_a : {true, false}) {
@@ -365,7 +368,8 @@ bool ContactGathering::run_boxes(const ConvexShape& a, const ConvexShape& b) {
   using distance_internal::NearBoxes;
   if (!NearBoxes::serves(a, a_.mesh, b, b_.mesh)) return false;
   const NearBoxes near(a, b, X_AB_, {.reach = reach(), .noise = 2 * noise_});
-  if (!near.are_near()) return true;
+  are_far_ = !near.are_near();
+  if (are_far_) return true;
   contacts.reserve(16);
   const distance_internal::BoxCorners corners(*a_.mesh, *b_.mesh, X_AB_);
   near.visit_vertices([&](bool of_a, std::size_t vertex, std::size_t triangle) {
@@ -398,8 +402,24 @@ void ContactGathering::run(const Shape& a, const Shape& b) {
   if (!distance_internal::are_convex(a, b)) return run_triangles();
   const auto& convex_a = static_cast<const ConvexShape&>(a);
   const auto& convex_b = static_cast<const ConvexShape&>(b);
-  const bool are_apart = !gjk_distance(convex_a, convex_b, X_AB_).is_overlapping;
-  if (!are_apart || !run_convex(convex_a, convex_b)) run_triangles();
+  if (run_convex(convex_a, convex_b) && are_apart(convex_a, convex_b)) return;
+  contacts.clear();
+  inner_contacts_.clear();
+  run_triangles();
+}
+
+// Whether the cores are, after run_convex(). Mostly the normal of their nearest contact proves it.
+bool ContactGathering::are_apart(const ConvexShape& a, const ConvexShape& b) const {
+  if (are_far_) return true;
+  const auto nearest =
+      std::min_element(contacts.begin(), contacts.end(),
+                       [](const Contact& x, const Contact& y) { return x.lower < y.lower; });
+  if (nearest != contacts.end()) {
+    const Vector3& n = nearest->nhat_AB_W;
+    const Vector3 p_b = X_AB_ * b.core_support(-(X_AB_.rotation().transpose() * n)).point;
+    if (n.dot(p_b - a.core_support(n).point) > 0) return true;
+  }
+  return !gjk_distance(a, b, X_AB_).is_overlapping;
 }
 
 void ContactGathering::run_triangles() {

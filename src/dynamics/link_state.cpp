@@ -171,6 +171,7 @@ class Equations {
 
   std::vector<JointEquation> take() {
     for (JointEquation& equation : list_) {
+      equation.arm_a_W = place_.X_WJb.translation() - place_.center_a_W;
       equation.arm_b_W = place_.X_WJb.translation() - place_.center_b_W;
     }
     return std::move(list_);
@@ -276,13 +277,19 @@ void hold(Equations& equations, const Coordinate& along, const JointLimits& limi
   }
 }
 
-void add_distance(Equations& equations, const JointPlace& place, const JointDefinition& joint) {
+std::vector<JointEquation> distance_equations(Equations& equations, const JointPlace& place,
+                                              const JointDefinition& joint) {
   const Coordinate distance = distance_coordinate(place);
   if (joint.limits->min > 0) {
     hold(equations, distance, *joint.limits);
   } else {
     equations.add(distance, Kind::Limit, joint.limits->max - distance.value, -1);
   }
+  std::vector<JointEquation> list = equations.take();
+  for (JointEquation& equation : list) {
+    equation.arm_a_W = place.X_WJa.translation() - place.center_a_W;
+  }
+  return list;
 }
 
 std::vector<JointEquation> coupling_equations(const JointState& joint, const JointPlaces& places,
@@ -334,8 +341,7 @@ std::vector<JointEquation> joint_equations(const JointState& joint, const JointP
       add_turn(equations);
       break;
     case JointKind::Distance:
-      add_distance(equations, place, definition);
-      break;
+      return distance_equations(equations, place, definition);
     case JointKind::Universal:
       add_universal(equations, place, definition);
       break;

@@ -76,7 +76,10 @@ struct JointEquation {
   Scalar damping = 0;
   Scalar speed = 0;
   Scalar scale = 0;  // of the driven coordinate: a length for an angle; 0: another row
-  Vector3 arm_b_W = Vector3::Zero();  // from B's centre of mass to the origin of JB
+  // From the centres of mass to where the joint's force acts: the origin of JB, but of a Distance on
+  // A that of JA.
+  Vector3 arm_a_W = Vector3::Zero();
+  Vector3 arm_b_W = Vector3::Zero();
 };
 
 /// The rows at these places, always the same number in the same order. Angles are scaled by

@@ -515,14 +515,6 @@ Matrix3 turning_stiffness(const Vector3& arm, const Vector3& force) {
   return force.dot(arm) * Matrix3::Identity() - (outer + outer.transpose()) / 2;
 }
 
-// From A's centre of mass to where the joint's force acts on it: a Distance pulls at the origin of
-// JA, all others at that of JB.
-Vector3 arm_on_a(const JointDefinition& joint, const JointPlace& place) {
-  const bool is_distance = joint.kind == JointKind::Distance;
-  const RigidPose& X_WJ = is_distance ? place.X_WJa : place.X_WJb;
-  return X_WJ.translation() - place.center_a_W;
-}
-
 }  // namespace
 
 JointTension::JointTension(SubstepProblem& substep, Scalar tau) : substep_(substep), tau_(tau) {
@@ -530,9 +522,8 @@ JointTension::JointTension(SubstepProblem& substep, Scalar tau) : substep_(subst
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].joint->definition.kind == JointKind::Coupling) continue;
     if (joints_.empty() || joints_.back().state != rows[i].joint) {
-      const JointPlace place = joint_places(substep.run(), *rows[i].joint)[0];
-      joints_.push_back({rows[i].joint, i, i, arm_on_a(rows[i].joint->definition, place),
-                         rows[i].equation.arm_b_W});
+      const JointEquation& equation = rows[i].equation;
+      joints_.push_back({rows[i].joint, i, i, equation.arm_a_W, equation.arm_b_W});
     }
     joints_.back().last_row = i + 1;
   }
@@ -691,8 +682,8 @@ void JointTension::take_middle_rows(Joint& joint) {
   const JointPlaces places = places_of(run, *joint.state, pose, turn);
   const std::vector<JointEquation> equations =
       joint_equations(*joint.state, places, std::min(a.radius, b.radius));
-  joint.arm_a_W = arm_on_a(joint.state->definition, places[0]);
-  joint.arm_b_W = places[0].X_WJb.translation() - places[0].center_b_W;
+  joint.arm_a_W = equations.front().arm_a_W;
+  joint.arm_b_W = equations.front().arm_b_W;
   for (std::size_t i = joint.first_row; i < joint.last_row; ++i) {
     SubstepRow& entry = substep_.rows()[i];
     if (!is_in_middle(joint, i)) continue;
