@@ -34,9 +34,21 @@ using testing::kProven;
 using testing::kRefuted;
 using testing::kUnusable;
 
+WorldOptions recorded_options() {
+  WorldOptions options = testing::earth_options();
+  options.records_impulses = true;
+  return options;
+}
+
 class CheckRecording : public ::testing::Test {
  protected:
   std::filesystem::path file() const { return directory_.path() / "run.h5"; }
+
+  void expect_lawful() const {
+    const Answer answer = check(file());
+    EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
+    EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+  }
 
   // A mover above a body at rest at the origin, target 0.01.
   void record(std::shared_ptr<const Shape> mover, std::shared_ptr<const Shape> rester,
@@ -295,9 +307,7 @@ TEST_F(CheckRecording, AllowsJointsToClose) {
 // Two links straight between two posts, which cannot move. Where the solver of their joints throws
 // them about all the same, that is no lawful run.
 TEST_F(CheckRecording, RefutesARunThatExplodes) {
-  WorldOptions options = testing::earth_options();
-  options.records_impulses = true;
-  World world(options);
+  World world(recorded_options());
   const auto add = [&](const char* name, std::shared_ptr<const Shape> shape, Scalar x) {
     BodyDefinition body =
         testing::dynamic_body(name, std::move(shape), {x, 0, 0}, {0, 0, 0}, {0, 0, 0});
@@ -337,9 +347,7 @@ TEST_F(CheckRecording, RefutesARunThatExplodes) {
 
 // A rope over a pulley pulls both its bodies up.
 TEST_F(CheckRecording, KnowsWhatCouplingsDo) {
-  WorldOptions options = testing::earth_options();
-  options.records_impulses = true;
-  World world(options);
+  World world(recorded_options());
   const auto ball = std::make_shared<Sphere>(0.1);
   BodyDefinition roller = testing::dynamic_body("roller", ball, {0, 0, 2}, {0, 0, 0}, {0, 0, 0});
   roller.kind = BodyKind::Static;
@@ -361,16 +369,12 @@ TEST_F(CheckRecording, KnowsWhatCouplingsDo) {
   RecordingWriter writer(file(), {});
   for (int k = 0; k < 20; ++k) writer.write(world.advance(0.01), world);
   writer.finish();
-  const Answer answer = check(file());
-  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
-  EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+  expect_lawful();
 }
 
 // A joint that breaks while its bodies overlap: until then the pair does not count.
 TEST_F(CheckRecording, KnowsWhenAJointBreaks) {
-  WorldOptions options = testing::earth_options();
-  options.records_impulses = true;
-  World world(options);
+  World world(recorded_options());
   const auto ball = std::make_shared<Sphere>(0.5);
   BodyDefinition post = testing::dynamic_body("post", ball, {0, 0, 0}, {0, 0, 0}, {0, 0, 0});
   post.kind = BodyKind::Static;
@@ -391,9 +395,7 @@ TEST_F(CheckRecording, KnowsWhenAJointBreaks) {
   }
   writer.finish();
   EXPECT_EQ(broken, 1U);
-  const Answer answer = check(file());
-  EXPECT_EQ(answer.code, kProven) << answer.text << answer.error;
-  EXPECT_NE(answer.text.find("contact    holds"), std::string::npos) << answer.text;
+  expect_lawful();
 }
 
 // Rules between bodies, a teleport, another material, a body in the slot of one that was removed:
