@@ -408,17 +408,15 @@ void ContactGathering::run(const Shape& a, const Shape& b) {
   run_triangles();
 }
 
-// Whether the cores are, after run_convex(). Mostly the normal of their nearest contact proves it.
+// Whether the cores are, after run_convex(). Mostly the normal of a contact proves it.
 bool ContactGathering::are_apart(const ConvexShape& a, const ConvexShape& b) const {
   if (are_far_) return true;
-  const auto nearest =
-      std::min_element(contacts.begin(), contacts.end(),
-                       [](const Contact& x, const Contact& y) { return x.lower < y.lower; });
-  if (nearest != contacts.end()) {
-    const Vector3& n = nearest->nhat_AB_W;
+  const auto proves_it = [&](const Contact& contact) {
+    const Vector3& n = contact.nhat_AB_W;
     const Vector3 p_b = X_AB_ * b.core_support(-(X_AB_.rotation().transpose() * n)).point;
-    if (n.dot(p_b - a.core_support(n).point) > 0) return true;
-  }
+    return n.dot(p_b - a.core_support(n).point) > 4 * noise_;
+  };
+  if (std::any_of(contacts.begin(), contacts.end(), proves_it)) return true;
   return !gjk_distance(a, b, X_AB_).is_overlapping;
 }
 
