@@ -13,7 +13,7 @@ namespace dyop::core_internal {
 namespace {
 
 constexpr int kLoopBits = 32;
-constexpr std::uint64_t kPartMask = (std::uint64_t{1} << kLoopBits) - 1;
+constexpr std::uint64_t kMask = (std::uint64_t{1} << kLoopBits) - 1;
 // More even the work out better, and cost more to hand out.
 constexpr std::size_t kPartsPerThread = 4;
 // So often a thread looks again at once, some tens of microseconds in all, before it lets others
@@ -47,37 +47,26 @@ void Team::run_loop(Call call, const void* context, std::size_t count, std::size
     if (count > 0) call(context, 0, count);
     return;
   }
-  constexpr auto relaxed = std::memory_order_relaxed;
-  call_.store(call, relaxed);
-  context_.store(context, relaxed);
-  count_.store(count, relaxed);
-  portion_.store(portion, relaxed);
-  done_.store(0, relaxed);
-  const std::uint64_t loop = ((next_.load(relaxed) >> kLoopBits) + 1) & kPartMask;
-  next_.store(loop << kLoopBits, std::memory_order_release);
-  take_parts(loop);
-  for (Wait wait; done_.load(std::memory_order_acquire) < count;) wait.once();
+  loop_ = {call, context, count, portion, (count + portion - 1) / portion};
+  done_.store(0, std::memory_order_relaxed);
+  const std::uint64_t number = ((next_.load(std::memory_order_relaxed) >> kLoopBits) + 1) & kMask;
+  next_.store(number << kLoopBits | loop_.parts, std::memory_order_release);
+  take_parts(number);
+  for (Wait wait; done_.load(std::memory_order_acquire) < loop_.parts;) wait.once();
 }
 
-// Runs parts of this loop until none is left.
-void Team::take_parts(std::uint64_t loop) {
-  constexpr auto relaxed = std::memory_order_relaxed;
+// Runs parts of the loop of this number until none is left.
+void Team::take_parts(std::uint64_t number) {
   std::size_t done = 0;
   std::uint64_t next = next_.load(std::memory_order_acquire);
-  while (next >> kLoopBits == loop) {
-    const Call call = call_.load(relaxed);
-    const void* context = context_.load(relaxed);
-    const std::size_t count = count_.load(relaxed);
-    const std::size_t portion = portion_.load(relaxed);
-    const std::size_t begin = std::size_t(next & kPartMask) * portion;
-    if (begin >= count) break;
-    if (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acq_rel,
+  while (next >> kLoopBits == number && (next & kMask) > 0) {
+    if (!next_.compare_exchange_weak(next, next - 1, std::memory_order_acq_rel,
                                      std::memory_order_acquire)) {
       continue;
     }
-    const std::size_t end = std::min(begin + portion, count);
-    call(context, begin, end);
-    done += end - begin;
+    const std::size_t begin = (loop_.parts - std::size_t(next & kMask)) * loop_.portion;
+    loop_.call(loop_.context, begin, std::min(begin + loop_.portion, loop_.count));
+    ++done;
     next = next_.load(std::memory_order_acquire);
   }
   if (done > 0) done_.fetch_add(done, std::memory_order_release);

@@ -45,8 +45,16 @@ class DYOP_EXPORT Team {
   friend void with_team(int thread_count, const std::function<void(Team&)>& lead);
   using Call = void (*)(const void* context, std::size_t begin, std::size_t end);
 
+  struct Loop {
+    Call call = nullptr;
+    const void* context = nullptr;
+    std::size_t count = 0;
+    std::size_t portion = 1;
+    std::size_t parts = 0;
+  };
+
   void run_loop(Call call, const void* context, std::size_t count, std::size_t least);
-  void take_parts(std::uint64_t loop);
+  void take_parts(std::uint64_t number);
   void help();
 
   std::size_t threads_ = 1;
@@ -55,15 +63,12 @@ class DYOP_EXPORT Team {
   std::atomic<bool> has_leader_{false};
   std::atomic<bool> has_ended_{false};
   std::atomic<std::size_t> left_{0};  // threads
-  // The number of the loop in the upper half, that of its next part in the lower. What a helper
-  // reads of a loop below is of that loop if it then gets a part of it: a loop that lacks a part is
-  // not over, and only then are these changed.
+  // The number of the loop in the upper half, and how many of its parts are left in the lower. Who
+  // takes one off has that part, and may read loop_ until the part is done: the next loop is written
+  // only when all are.
   std::atomic<std::uint64_t> next_{0};
-  std::atomic<Call> call_{nullptr};
-  std::atomic<const void*> context_{nullptr};
-  std::atomic<std::size_t> count_{0};
-  std::atomic<std::size_t> portion_{1};
-  std::atomic<std::size_t> done_{0};  // of the count
+  Loop loop_;
+  std::atomic<std::size_t> done_{0};  // of the parts
 };
 
 }  // namespace dyop::core_internal

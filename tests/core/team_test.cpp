@@ -53,6 +53,28 @@ TEST_F(TeamLoops, TakeEveryItemOnceInEveryLoop) {
   }
 }
 
+// A helper that is late for a short loop must not take a part of the long one that follows. With
+// more threads than cores they are often late.
+TEST_F(TeamLoops, HelpersThatAreLateTakeNothingTwice) {
+  with_team(8, [](Team& team) {
+    std::vector<std::atomic<int>> runs(400);
+    int wanted_of_first = 0;
+    int wanted_of_last = 0;
+    for (int loop = 0; loop < 60000; ++loop) {
+      const std::size_t count = loop % 2 == 0 ? 2 : runs.size();
+      team.run(count, 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) runs[i].fetch_add(1, std::memory_order_relaxed);
+      });
+      ++wanted_of_first;
+      wanted_of_last += loop % 2;
+      for (std::size_t i = 0; i < count; ++i) {
+        ASSERT_EQ(runs[i].load(std::memory_order_relaxed), i < 2 ? wanted_of_first : wanted_of_last)
+            << "item " << i << " in loop " << loop;
+      }
+    }
+  });
+}
+
 TEST_F(TeamLoops, HelpersTakePart) {
   with_team(8, [](Team& team) {
     const auto leader = std::this_thread::get_id();
