@@ -24,8 +24,8 @@ struct OpenBox {
 
 constexpr int kGroupSize = BoxGroup::kWidth;
 
-// Lower bounds on the squared distances of the boxes of a group to a point q, both in units of the
-// scale, before rounding outward: |y| - h, with y the coordinates of the point along a box's axes, h
+// Lower bounds on the squared distances of the boxes of a group to a point q, both in their frame,
+// before rounding outward: |y| - h, with y the coordinates of the point along a box's axes, h
 // its half extents.
 //
 // The stored axes A have single precision: AᵀA = I + E with entries of E below 2^-23. For any point
@@ -67,7 +67,7 @@ Scalar proven_distance(Scalar gap_sq, Scalar scale) {
 class PointSearch {
  public:
   PointSearch(const TriangleMesh& mesh, const Vector3& p, Scalar limit)
-      : mesh_(mesh), tree_(mesh.hierarchy()), p_(p), q_(p / tree_.scale()), limit_(limit) {}
+      : mesh_(mesh), tree_(mesh.hierarchy()), p_(p), q_(tree_.frame().local(p)), limit_(limit) {}
 
   NearestToPoint run() {
     open(0);
@@ -89,9 +89,9 @@ class PointSearch {
   bool is_far(Scalar gap_sq) {
     const Scalar cutoff = std::min(result_.nearest.upper, limit_);
     const Scalar proven_sq = gap_sq * (1 - 2 * kPointBoxNoise);
-    const Scalar in_units = cutoff / tree_.scale();
+    const Scalar in_units = cutoff / tree_.frame().scale;
     if (!(proven_sq > in_units * in_units)) return false;
-    lower_ = std::min(lower_, std::max(cutoff, proven_distance(gap_sq, tree_.scale())));
+    lower_ = std::min(lower_, std::max(cutoff, proven_distance(gap_sq, tree_.frame().scale)));
     return true;
   }
 
@@ -123,7 +123,7 @@ class PointSearch {
   const TriangleMesh& mesh_;
   const MeshHierarchy& tree_;
   const Vector3 p_;
-  const Vector3 q_;  // in units of the scale
+  const Vector3 q_;  // in the frame of the boxes
   const Scalar limit_;
   Scalar lower_ = kInfinity;  // of everything skipped or measured
   NearestToPoint result_;
@@ -139,7 +139,7 @@ NearestToPoint find_nearest_to_point(const TriangleMesh& mesh, const Vector3& p,
 
 Scalar visit_parts_near_point(const geometry_internal::CompoundTree& tree, const Vector3& p,
                               Scalar limit, const std::function<Scalar(std::int32_t)>& visit) {
-  const Vector3 q = p / tree.scale;
+  const Vector3 q = tree.frame.local(p);
   Scalar left_out = kInfinity;
   struct Open {
     Scalar distance;
@@ -164,7 +164,7 @@ Scalar visit_parts_near_point(const geometry_internal::CompoundTree& tree, const
     const auto first = static_cast<std::ptrdiff_t>(stack.size());
     for (int i = 0; i < node.count(); ++i) {
       const Scalar gap = gaps[static_cast<std::size_t>(i)];
-      stack.push_back({proven_distance(gap, tree.scale), number * kGroupSize + i});
+      stack.push_back({proven_distance(gap, tree.frame.scale), number * kGroupSize + i});
     }
     std::sort(stack.begin() + first, stack.end(),
               [](const Open& x, const Open& y) { return x.distance > y.distance; });

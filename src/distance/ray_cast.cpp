@@ -120,12 +120,12 @@ PointGap point_gap(const LeafPiece& piece, const Vector3& p) {
 // The first touch of one ray with any piece of a tree.
 class RaySearch {
  public:
-  RaySearch(const ShapeTree& tree, const LocalRay& ray, Scalar scale)
+  RaySearch(const ShapeTree& tree, const LocalRay& ray)
       : tree_(tree),
         ray_(ray),
-        scale_(scale),
-        reach_((ray.radius + tree.rounding() + ray.noise) * (1 + 8 * kUnitRoundoff) / scale),
-        o_(ray.origin / scale),
+        scale_(tree.frame().scale),
+        reach_((ray.radius + tree.rounding() + ray.noise) * (1 + 8 * kUnitRoundoff) / scale_),
+        o_(tree.frame().local(ray.origin)),
         first_(ray.end) {}
 
   void run() {
@@ -249,7 +249,7 @@ LocalRay local_ray(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
 RayHit cast(const Shape& shape, const RigidPose& X_WS, const Ray& ray) {
   const LocalRay local = local_ray(shape, X_WS, ray);
   const ShapeTree tree(shape, local.extent + local.radius);
-  RaySearch search(tree, local, tree.rows(0).scale);
+  RaySearch search(tree, local);
   search.run();
   RayHit hit = search.hit;
   if (hit.status != RayStatus::Hit) {

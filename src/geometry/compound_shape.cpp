@@ -127,12 +127,11 @@ class TreeBuilder {
   explicit TreeBuilder(CompoundTree& tree) : tree_(tree) {
     for (const CompoundPart& part : tree_.parts) boxes_.push_back(root_box(part));
     const OrientedBox root = box_around(boxes_);
-    tree_.scale = MeshHierarchy::scale_of(root);
-    for (const OrientedBox& box : boxes_) {
-      tree_.scale = std::max(tree_.scale, MeshHierarchy::scale_of(box));
-    }
+    tree_.frame = BoxFrame::around(root);
+    for (const OrientedBox& box : boxes_) tree_.frame.make_room(box);
     for (const CompoundPart& part : tree_.parts) {
-      if (part.mesh) tree_.scale = std::max(tree_.scale, part.mesh->hierarchy().scale());
+      if (!part.mesh) continue;
+      tree_.frame.scale = std::max(tree_.frame.scale, part.mesh->hierarchy().frame().scale);
     }
   }
 
@@ -150,7 +149,7 @@ class TreeBuilder {
   static OrientedBox root_box(const CompoundPart& part) {
     if (!part.mesh) return part.convex->box();
     const MeshHierarchy& tree = part.mesh->hierarchy();
-    return tree.nodes()[0].boxes.box(0, tree.scale());
+    return tree.nodes()[0].boxes.box(0, tree.frame());
   }
   const OrientedBox& box(std::int32_t child) const { return boxes_[std::size_t(child)]; }
 
@@ -170,20 +169,26 @@ class TreeBuilder {
     if (children.size() == 1) part_boxes_.push_back(std::size_t(number * kColumns + column));
     if (children.size() == 1 && first.mesh) {
       const MeshHierarchy& mesh = first.mesh->hierarchy();
-      copy_box(mesh.nodes()[0].boxes, 0, ratio(mesh), node().boxes, column);
+      take_box(mesh, mesh.nodes()[0], 0, node(), column);
       const std::int32_t link = add_mesh(mesh, first.first_piece);
       node().child[column] = link;
       return;
     }
     std::vector<OrientedBox> boxes;
     for (const std::int32_t child : children) boxes.push_back(box(child));
-    node().boxes.set_box(column, boxes.size() == 1 ? boxes[0] : box_around(boxes), tree_.scale);
+    node().boxes.set_box(column, boxes.size() == 1 ? boxes[0] : box_around(boxes), tree_.frame);
     const std::int32_t link = children.size() == 1 ? -1 - first.first_piece : add_node(children);
     node().child[column] = link;
   }
 
-  float ratio(const MeshHierarchy& mesh) const {
-    return static_cast<float>(mesh.scale() / tree_.scale);
+  void take_box(const MeshHierarchy& mesh, const Node& from, int from_column, Node& to,
+                int to_column) const {
+    if (mesh.frame().origin == tree_.frame.origin) {
+      const auto ratio = static_cast<float>(mesh.frame().scale / tree_.frame.scale);
+      copy_box(from.boxes, from_column, ratio, to.boxes, to_column);
+    } else {
+      to.boxes.set_box(to_column, from.boxes.box(from_column, mesh.frame()), tree_.frame);
+    }
   }
 
   // Appends the tree of a mesh without its first node; returns what that node links to.
@@ -197,7 +202,7 @@ class TreeBuilder {
       const Node& from = mesh.nodes()[i];
       Node& to = tree_.nodes.emplace_back();
       for (int column = 0; column < kColumns; ++column) {
-        copy_box(from.boxes, column, ratio(mesh), to.boxes, column);
+        take_box(mesh, from, column, to, column);
         to.child[column] = link(from.child[column]);
       }
     }

@@ -84,7 +84,7 @@ struct CompoundTree {
   std::vector<CompoundPart> parts;
   std::vector<MeshHierarchy::Node> nodes;
   std::vector<bool> part_boxes;
-  Scalar scale = 1;
+  BoxFrame frame;
 };
 
 }  // namespace dyop::geometry_internal

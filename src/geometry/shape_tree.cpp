@@ -14,7 +14,7 @@ ShapeTree::ShapeTree(const Shape& shape, Scalar extent, ConvexBox box) {
       mesh_ = static_cast<const TriangleMesh*>(&shape);
       nodes_ = mesh_->hierarchy().nodes().data();
       node_count_ = std::int32_t(mesh_->hierarchy().nodes().size());
-      scale_ = mesh_->hierarchy().scale();
+      frame_ = mesh_->hierarchy().frame();
       return;
     case ShapeKind::Convex:
       if (const HalfSpace* half_space = as_half_space(shape)) {
@@ -31,7 +31,7 @@ ShapeTree::ShapeTree(const Shape& shape, Scalar extent, ConvexBox box) {
       compound_ = &static_cast<const CompoundShape&>(shape).tree();
       nodes_ = compound_->nodes.data();
       node_count_ = std::int32_t(compound_->nodes.size());
-      scale_ = compound_->scale;
+      frame_ = compound_->frame;
       return;
   }
 }
@@ -71,9 +71,9 @@ void ShapeTree::set_half_space() {
 }
 
 void ShapeTree::set_one_box(const OrientedBox& box) {
-  scale_ = MeshHierarchy::scale_of(box);
+  frame_ = BoxFrame::around(box);
   convex_node_.boxes = {};  // the wide kernels read all columns
-  convex_node_.boxes.set_box(0, box, scale_);
+  convex_node_.boxes.set_box(0, box, frame_);
 }
 
 void ShapeTree::set_one_leaf() {

@@ -30,6 +30,10 @@ struct LeafPiece {
   }
 };
 
+inline GroupRows rows_of(const BoxGroup& boxes, const BoxFrame& frame) {
+  return {boxes.rows, frame.scale, {frame.origin.x(), frame.origin.y(), frame.origin.z()}};
+}
+
 /// One view of all kinds of shape for traversals: a tree of oriented boxes whose leaves are pieces,
 /// each a triangle of a mesh or a whole convex shape. Does not own the shape.
 ///
@@ -64,9 +68,11 @@ class DYOP_EXPORT ShapeTree {
     return node * BoxGroup::kWidth + column;
   }
 
-  OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), scale_); }
+  OrientedBox box(std::int32_t box) const { return node_of(box).boxes.box(column_of(box), frame_); }
   /// The boxes of a node, for the wide kernels.
-  GroupRows rows(std::int32_t node) const { return {this->node(node).boxes.rows, scale_}; }
+  GroupRows rows(std::int32_t node) const { return rows_of(this->node(node).boxes, frame_); }
+  /// Of the boxes of all nodes.
+  const BoxFrame& frame() const { return frame_; }
   /// Prefetches a node that is needed soon. Speed only.
   void fetch(std::int32_t node) const {
     constexpr std::size_t kCacheLine = 64;
@@ -76,7 +82,7 @@ class DYOP_EXPORT ShapeTree {
     }
   }
   Scalar squared_half_diagonal(std::int32_t box) const {
-    return scale_ * scale_ *
+    return frame_.scale * frame_.scale *
            static_cast<Scalar>(node_of(box).boxes.squared_half_diagonal(column_of(box)));
   }
   bool is_leaf(std::int32_t box) const { return node_of(box).child[column_of(box)] < 0; }
@@ -117,7 +123,7 @@ class DYOP_EXPORT ShapeTree {
   const MeshHierarchy::Node* nodes_ = nullptr;
   std::int32_t node_count_ = 1;
   MeshHierarchy::Node convex_node_;
-  Scalar scale_ = 1;
+  BoxFrame frame_;
   Scalar rounding_ = 0;
 };
 

@@ -413,7 +413,7 @@ constexpr int kAlong = 2;  // the ray's axis
 
 // Whether the ray may hit what is in this column of the group. The axis-aligned box around the
 // oriented one is exact up to the rounding of three products and two sums.
-bool may_meet(const BoxGroup& boxes, int column, Scalar scale, const Vector3& p) {
+bool may_meet(const BoxGroup& boxes, int column, const BoxFrame& frame, const Vector3& p) {
   const Scalar up = 1 + 8 * kUnitRoundoff;
   for (int i = 0; i < 3; ++i) {
     Scalar extent = 0;
@@ -421,12 +421,21 @@ bool may_meet(const BoxGroup& boxes, int column, Scalar scale, const Vector3& p)
       extent += std::abs(static_cast<Scalar>(boxes.rows[BoxGroup::kAxes + 3 * k + i][column])) *
                 static_cast<Scalar>(boxes.rows[BoxGroup::kHalfExtents + k][column]);
     }
-    extent *= scale * up;
+    extent *= frame.scale * up;
     const Scalar offset =
-        p[i] - scale * static_cast<Scalar>(boxes.rows[BoxGroup::kCenter + i][column]);
+        p[i] - frame.origin[i] -
+        frame.scale * static_cast<Scalar>(boxes.rows[BoxGroup::kCenter + i][column]);
     if (offset > extent || (i != kAlong && offset < -extent)) return false;
   }
   return true;
+}
+
+// Of a power of two that is larger than all coordinates of the box.
+int exponent_above(const AlignedBox& box) {
+  int exponent = 0;
+  std::frexp(std::max(box.min().lpNorm<Eigen::Infinity>(), box.max().lpNorm<Eigen::Infinity>()),
+             &exponent);
+  return exponent;
 }
 
 // Coordinates as the exact predicates require them: of size 2^-200 to 1, or zero.
@@ -473,7 +482,7 @@ int winding_number(const TriangleMesh& mesh, const Vector3& p_B) {
   // Outside the box nothing is inside, and the exact predicates need points of the mesh's size.
   if (!mesh.bounding_box().contains(p_B)) return 0;
   const MeshHierarchy& tree = mesh.hierarchy();
-  const int exponent = std::ilogb(tree.scale());  // larger than all coordinates of the mesh
+  const int exponent = exponent_above(mesh.bounding_box());
   const Vector3 p = scaled(p_B, exponent);
   int winding = 0;
   std::array<std::int32_t, MeshHierarchy::kMaxDepth * MeshHierarchy::kWidth + 1> open;
@@ -483,7 +492,7 @@ int winding_number(const TriangleMesh& mesh, const Vector3& p_B) {
     const MeshHierarchy::Node& node = tree.nodes()[static_cast<std::size_t>(open[--open_count])];
     const int count = node.count();
     for (int column = 0; column < count; ++column) {
-      if (!may_meet(node.boxes, column, tree.scale(), p_B)) continue;
+      if (!may_meet(node.boxes, column, tree.frame(), p_B)) continue;
       const std::int32_t child = node.child[column];
       if (child >= 0) {
         open[open_count++] = child;

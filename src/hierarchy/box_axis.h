@@ -24,7 +24,7 @@ struct BoxLanes {
     const auto& rows = group.rows;
     const L scale(group.scale);
     for (int i = 0; i < 3; ++i) {
-      center[i] = scale * L::load(rows[i] + first);
+      center[i] = L(group.origin[i]) + scale * L::load(rows[i] + first);
       for (int k = 0; k < 3; ++k) axes[k][i] = L::load(rows[kGroupAxes + 3 * k + i] + first);
       half_extents[i] = scale * L::load(rows[kGroupHalfExtents + i] + first);
     }
@@ -124,25 +124,27 @@ DYOP_INLINE void take_nearest(const L (*r)[3], const L* t, const L* t_other, con
 /// the largest length involved, so that products of four lengths do not overflow, nor matter where
 /// they underflow.
 struct RankingBox {
-  float center[3];
+  float center[3];  ///< from the group's origin
   float axes[3][3];
   float half_extents[3];
   float scale;  ///< unit of the group's rows
   bool is_of_cores;
 
-  DYOP_INLINE RankingBox(const FacingBox& other, double group_scale)
+  DYOP_INLINE RankingBox(const FacingBox& other, const GroupRows& group)
       : is_of_cores(other.is_of_cores) {
-    double unit = group_scale;
+    double unit = group.scale;
+    double from_origin[3];
     for (int i = 0; i < 3; ++i) {
-      const double reach = __builtin_fabs(other.center[i]) + 2 * other.half_extents[i];
+      from_origin[i] = other.center[i] - group.origin[i];
+      const double reach = __builtin_fabs(from_origin[i]) + 2 * other.half_extents[i];
       unit = reach > unit ? reach : unit;
     }
     for (int i = 0; i < 3; ++i) {
-      center[i] = static_cast<float>(other.center[i] / unit);
+      center[i] = static_cast<float>(from_origin[i] / unit);
       half_extents[i] = static_cast<float>(other.half_extents[i] / unit);
       for (int k = 0; k < 3; ++k) axes[k][i] = static_cast<float>(other.axes[k][i]);
     }
-    scale = static_cast<float>(group_scale / unit);
+    scale = static_cast<float>(group.scale / unit);
   }
 };
 

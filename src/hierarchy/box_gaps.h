@@ -6,14 +6,15 @@
 
 namespace dyop::hierarchy_internal {
 
-/// The rows of BoxGroup: center, three axes, half extents; one column per box. Centers and half
-/// extents are multiples of a scale.
+/// The rows of BoxGroup: center, three axes, half extents; one column per box. Centers, from an
+/// origin, and half extents are multiples of a scale.
 inline constexpr int kGroupWidth = 8;
 inline constexpr int kGroupAxes = 3;
 inline constexpr int kGroupHalfExtents = 12;
 struct GroupRows {
   const float (*rows)[kGroupWidth];
   double scale;
+  double origin[3];
 };
 
 /// One box in the frame of the shape that a group belongs to. Plain numbers, for the wide kernels.

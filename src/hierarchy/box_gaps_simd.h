@@ -21,7 +21,7 @@ DYOP_INLINE L slab_gap(const BoxLanes<L>& box, const FacingBox& other, const L* 
 
 static void box_gaps_lanes(const GroupRows& rows, int count, const FacingBox& other, double noise,
                            double* gaps) {
-  const RankingBox ranking(other, rows.scale);
+  const RankingBox ranking(other, rows);
   float axes[3][kGroupWidth];
   find_axes(rows, count, ranking, axes);
   double result[kGroupWidth];

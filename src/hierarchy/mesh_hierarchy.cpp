@@ -23,6 +23,10 @@ static_assert(sizeof(MeshHierarchy::Node) == 512);
 // Minimum number of nodes whose boxes one thread fits at a time.
 constexpr std::size_t kGrain = 64;
 
+// Boxes so many times as far from the origin as they are large are measured from their middle:
+// otherwise single precision would make those of small parts too large. Speed only.
+constexpr Scalar kFar = 16;
+
 // The binary nodes that become the columns of a wide node.
 struct Columns {
   std::array<std::int32_t, MeshHierarchy::kWidth> binary{};
@@ -42,12 +46,12 @@ void distribute(const std::vector<SplitNode>& nodes, std::int32_t n, int count, 
 
 }  // namespace
 
-OrientedBox BoxGroup::box(int column, Scalar scale) const {
+OrientedBox BoxGroup::box(int column, const BoxFrame& frame) const {
   DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
   OrientedBox box;
   for (int i = 0; i < 3; ++i) {
-    box.center[i] = scale * Scalar(rows[kCenter + i][column]);
-    box.half_extents[i] = scale * Scalar(rows[kHalfExtents + i][column]);
+    box.center[i] = frame.origin[i] + frame.scale * Scalar(rows[kCenter + i][column]);
+    box.half_extents[i] = frame.scale * Scalar(rows[kHalfExtents + i][column]);
     for (int k = 0; k < 3; ++k) box.axes(i, k) = Scalar(rows[kAxes + 3 * k + i][column]);
   }
   return box;
@@ -56,11 +60,12 @@ OrientedBox BoxGroup::box(int column, Scalar scale) const {
 // Let the box be c + U y, |y_k| <= h_k, and the stored one C + A x with A = U + E, |E_ij| <= 2^-25
 // because entries are at most about one. A point of both has x - y = (A^-1 U - I) y + A^-1 (c - C),
 // where |A^-1 U - I| <= 3 * 2^-25 and |c - C| <= 2^-24 |c|, each up to second order, and up to
-// numbers that underflow. kSinglePrecisionBoxNoise times |c| + |h| covers both.
-void BoxGroup::set_box(int column, const OrientedBox& box, Scalar scale) {
+// numbers that underflow. kSinglePrecisionBoxNoise times |c| + |h| covers both. Taking the frame's
+// origin off the center, and adding it again, are two roundings that kBoxNoise covers.
+void BoxGroup::set_box(int column, const OrientedBox& box, const BoxFrame& frame) {
   DYOP_ASSERT(column >= 0 && column < MeshHierarchy::kWidth, column);
-  const Vector3 center = box.center / scale;
-  const Vector3 half_extents = box.half_extents / scale;
+  const Vector3 center = frame.local(box.center);
+  const Vector3 half_extents = box.half_extents / frame.scale;
   // literal: more than the absolute error of numbers that underflow in single precision.
   const Scalar noise = kSinglePrecisionBoxNoise * (center.norm() + half_extents.norm()) + 0x1p-140;
   for (int i = 0; i < 3; ++i) {
@@ -79,12 +84,23 @@ float BoxGroup::squared_half_diagonal(int column) const {
   return x * x + y * y + z * z;
 }
 
-Scalar MeshHierarchy::scale_of(const OrientedBox& root) {
-  const Scalar largest = root.center.lpNorm<Eigen::Infinity>() + 2 * root.half_extents.sum();
+BoxFrame BoxFrame::around(const OrientedBox& root) {
+  BoxFrame frame;
+  const Scalar away = root.center.lpNorm<Eigen::Infinity>();
+  const Scalar size = 2 * root.half_extents.sum();
+  if (away > kFar * size) frame.origin = root.center;
+  // literal: so that multiples of it by numbers in single precision never underflow.
+  frame.scale = 0x1p-800;
+  frame.make_room(root);
+  return frame;
+}
+
+void BoxFrame::make_room(const OrientedBox& root) {
+  const Scalar largest =
+      (root.center - origin).lpNorm<Eigen::Infinity>() + 2 * root.half_extents.sum();
   int exponent = 0;
   std::frexp(largest, &exponent);
-  // literal: so that multiples of it by numbers in single precision never underflow.
-  return std::ldexp(Scalar{1}, std::max(exponent, -800));
+  scale = std::max(scale, std::ldexp(Scalar{1}, exponent));
 }
 
 MeshHierarchy::MeshHierarchy(std::span<const Vector3> vertices,
@@ -182,8 +198,8 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
         all.subspan(begin, first[end[std::size_t(child)]] - begin));
   };
   const OrientedBox root = fit(nodes_[0].child[0], 0);
-  scale_ = scale_of(root);
-  for (int column = 0; column < kWidth; ++column) nodes_[0].boxes.set_box(column, root, scale_);
+  frame_ = BoxFrame::around(root);
+  for (int column = 0; column < kWidth; ++column) nodes_[0].boxes.set_box(column, root, frame_);
   const auto fit_node = [&](std::size_t k) {
     const int count = nodes_[k].count();
     std::size_t leaf = first[k];
@@ -191,7 +207,7 @@ void MeshHierarchy::fit_boxes(std::span<const Vector3> vertices,
     for (int column = 0; column < kWidth; ++column) {
       if (column < count) box = fit(nodes_[k].child[column], leaf);
       if (nodes_[k].child[column] < 0) ++leaf;
-      nodes_[k].boxes.set_box(column, box, scale_);
+      nodes_[k].boxes.set_box(column, box, frame_);
     }
   };
   tbb::parallel_for(

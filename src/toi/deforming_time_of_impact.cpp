@@ -45,13 +45,13 @@ void require_span(const DeformingSpan& span) {
 
 template <typename SideB>
 ToiResult run_search(const DeformingMesh& a, SideB& side_b, const TimeInterval& interval,
-                     const ToiOptions& options, Scalar radius_b, toi_internal::ToiMemory& memory,
+                     const ToiOptions& options, Scalar size_b, toi_internal::ToiMemory& memory,
                      Start start, const DeformingSpan& span = {},
                      std::span<const distance_internal::BoxPair> first = {
                          &distance_internal::kRootPair, 1}) {
   using Pair = toi_internal::DeformingPair<SideB>;
   const toi_internal::ImpactBand band(options.target_distance,
-                                      toi_internal::tolerance_of(options, radius_of(a), radius_b));
+                                      toi_internal::tolerance_of(options, radius_of(a), size_b));
   DeformingSide side_a(a, interval, span);
   Pair pair(side_a, side_b, interval, band, first);
   toi_internal::BestFirstSearch<Pair> search(pair, interval, options, band, memory);
@@ -87,7 +87,7 @@ ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_
   require_defined(X_WB, interval, toi_internal::kMotionOfB);
   take_up(memory, {&a, nullptr, &b, &X_WB, interval, options}, start);
   RigidSide side_b(b, X_WB, interval);
-  return run_search(a, side_b, interval, options, b.bounding_radius(), memory, start);
+  return run_search(a, side_b, interval, options, toi_internal::size_of(b), memory, start);
 }
 
 }  // namespace
@@ -152,8 +152,8 @@ ToiResult toi_internal::time_of_listed_impact(const DeformingMesh& a, const Defo
   use.memory().subject = {};
   use.memory().is_unfinished = false;
   RigidSide side_b(b, X_WB, interval);
-  ToiResult result = run_search(a, side_b, interval, options, b.bounding_radius(), use.memory(),
-                                Start::Fresh, span, pairs);
+  ToiResult result = run_search(a, side_b, interval, options, toi_internal::size_of(b),
+                                use.memory(), Start::Fresh, span, pairs);
   use.memory().is_unfinished = false;
   return result;
 }

@@ -151,8 +151,8 @@ std::optional<Penetration> separating_translation(const Shape& a, const RigidPos
   DYOP_REQUIRE(options.directions >= 1 && options.directions <= kMostDirections,
                "separating_translation: directions must be in [1, ", kMostDirections, "], not ",
                options.directions);
-  const Scalar tolerance = options.tolerance.value_or(
-      default_distance_tolerance(a.bounding_radius(), b.bounding_radius()));
+  const Scalar tolerance =
+      options.tolerance ? *options.tolerance : default_distance_tolerance(a, b);
   DYOP_REQUIRE(tolerance > 0 && tolerance < kInfinity,
                "separating_translation: tolerance must be finite and > 0, not ", tolerance);
   WayOut way(a, X_WA, b, X_WB, tolerance);

@@ -28,8 +28,8 @@ using toi_internal::WorkspaceUse;
 using RigidSearch = toi_internal::BestFirstSearch<RigidPair>;
 
 ImpactBand band_of(const Shape& a, const Shape& b, const ToiOptions& options) {
-  return {options.target_distance,
-          toi_internal::tolerance_of(options, a.bounding_radius(), b.bounding_radius())};
+  return {options.target_distance, options.distance_tolerance ? *options.distance_tolerance
+                                                              : default_distance_tolerance(a, b)};
 }
 
 ToiResult search(const RigidQuery& query, ToiMemory& memory,

@@ -9,12 +9,8 @@
 
 namespace dyop {
 
-Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b) {
-  const auto [smaller, larger] = std::minmax(radius_a, radius_b);
-  // A half-space has no size either.
-  const Scalar size = smaller > 0 ? smaller : larger < kLargestCoordinate ? larger : 0;
-  DYOP_REQUIRE(size > 0, "time_of_impact: distance_tolerance is required for shapes without size");
-  return kDefaultRelativeTolerance * size;
+Scalar default_distance_tolerance(const Shape& a, const Shape& b) {
+  return toi_internal::tolerance_for_sizes(toi_internal::size_of(a), toi_internal::size_of(b));
 }
 
 }  // namespace dyop
@@ -29,9 +25,21 @@ void require_valid_distances(Scalar target_distance, std::optional<Scalar> dista
                *distance_tolerance);
 }
 
-Scalar tolerance_of(const ToiOptions& options, Scalar radius_a, Scalar radius_b) {
+Scalar size_of(const Shape& shape) {
+  return std::min(shape.bounding_radius(), 2 * shape.bounding_box().diagonal().norm());
+}
+
+Scalar tolerance_for_sizes(Scalar a, Scalar b) {
+  const auto [smaller, larger] = std::minmax(a, b);
+  // A half-space has no size either.
+  const Scalar size = smaller > 0 ? smaller : larger < kLargestCoordinate ? larger : 0;
+  DYOP_REQUIRE(size > 0, "time_of_impact: distance_tolerance is required for shapes without size");
+  return kDefaultRelativeTolerance * size;
+}
+
+Scalar tolerance_of(const ToiOptions& options, Scalar size_a, Scalar size_b) {
   return options.distance_tolerance ? *options.distance_tolerance
-                                    : default_distance_tolerance(radius_a, radius_b);
+                                    : tolerance_for_sizes(size_a, size_b);
 }
 
 void require_valid_options(const ToiOptions& options) {

@@ -10,8 +10,14 @@ namespace dyop::toi_internal {
 /// Throws InvalidArgument unless both are in range.
 void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance);
 
-/// The tolerance of a query of shapes with these bounding radii.
-Scalar tolerance_of(const ToiOptions& options, Scalar radius_a, Scalar radius_b);
+/// What the default tolerance of a query with this shape goes by.
+Scalar size_of(const Shape& shape);
+
+/// default_distance_tolerance() of shapes of these sizes.
+Scalar tolerance_for_sizes(Scalar a, Scalar b);
+
+/// The tolerance of a query of shapes of these sizes.
+Scalar tolerance_of(const ToiOptions& options, Scalar size_a, Scalar size_b);
 
 /// Throws InvalidArgument unless all numbers in the options are in range.
 void require_valid_options(const ToiOptions& options);

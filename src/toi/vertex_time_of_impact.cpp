@@ -194,7 +194,7 @@ VertexToiResult search(const Paths& paths, const PointsA& a, const PointsB& b,
   VertexToiResult result;
   VertexToiOptions in_full = options;
   if (!options.distance_tolerance) {
-    in_full.distance_tolerance = default_distance_tolerance(size_of(a), size_of(b));
+    in_full.distance_tolerance = toi_internal::tolerance_for_sizes(size_of(a), size_of(b));
   }
   toi_internal::PathSearch<N> path_search(begin, end, paths, in_full);
   result.rounding_allowance = path_search.noise() + time_noise<N>(begin, end, interval);

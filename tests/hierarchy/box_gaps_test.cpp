@@ -11,6 +11,7 @@ namespace dyop::hierarchy_internal {
 namespace {
 
 using geometry_internal::facing_box;
+using geometry_internal::rows_of;
 using testing::Corners;
 using testing::corners_of;
 using testing::random_box;
@@ -26,33 +27,42 @@ std::vector<InstructionSet> runnable_sets() {
   return sets;
 }
 
-std::array<Scalar, kWidth> gaps_of(const BoxGroup& group, Scalar scale, const FacingBox& other,
-                                   Scalar noise, InstructionSet set = best_instruction_set()) {
+std::array<Scalar, kWidth> gaps_of(const BoxGroup& group, const BoxFrame& frame,
+                                   const FacingBox& other, Scalar noise,
+                                   InstructionSet set = best_instruction_set()) {
   std::array<Scalar, kWidth> gaps;
-  box_gaps_kernel(set)({group.rows, scale}, kWidth, other, noise, gaps.data());
+  box_gaps_kernel(set)(rows_of(group, frame), kWidth, other, noise, gaps.data());
   return gaps;
 }
 
 struct RandomCase {
   BoxGroup group;
-  Scalar scale;
+  BoxFrame frame;
   OrientedBox other;
   RigidPose X_SO;
   Scalar noise;
 };
 
+// Every other group is up to 1e7 times its size from the origin.
 RandomCase random_case(std::mt19937_64& random) {
   RandomCase result;
   const Scalar size = testing::random_magnitude(-4, 4, random);
   OrientedBox all;
   all.half_extents = Vector3::Constant(4 * size);
-  result.scale = MeshHierarchy::scale_of(all);
+  const bool is_far = testing::random_index(2, random) == 0;
+  if (is_far) {
+    all.center = testing::random_vector(size, random) * testing::random_magnitude(0, 7, random);
+  }
+  result.frame = BoxFrame::around(all);
   for (int k = 0; k < kWidth; ++k) {
-    result.group.set_box(k, random_box(size, random), result.scale);
+    OrientedBox box = random_box(size, random);
+    box.center += all.center;
+    result.group.set_box(k, box, result.frame);
   }
   result.other = random_box(size, random);
-  result.X_SO = testing::random_pose(4 * size, random);
-  result.noise = kStepNoise * (result.X_SO.translation().norm() + 16 * size);
+  const RigidPose near = testing::random_pose(4 * size, random);
+  result.X_SO = RigidPose(near.rotation(), near.translation() + all.center);
+  result.noise = kStepNoise * (result.X_SO.translation().norm() + all.center.norm() + 16 * size);
   return result;
 }
 
@@ -61,12 +71,15 @@ RandomCase random_case(std::mt19937_64& random) {
 TEST(BoxGaps, MeasureFacesAndEdges) {
   OrientedBox cube;
   cube.half_extents = Vector3(1, 1, 1);
+  const BoxFrame frame{.scale = 8};
   BoxGroup group;
-  for (int k = 0; k < kWidth; ++k) group.set_box(k, cube, 8);
+  for (int k = 0; k < kWidth; ++k) group.set_box(k, cube, frame);
   const Matrix3 R = Eigen::AngleAxisd(std::acos(-1) / 4, Vector3::UnitZ()).toRotationMatrix();
   for (const InstructionSet set : runnable_sets()) {
-    const auto faces = gaps_of(group, 8, facing_box(cube, RigidPose(Vector3(5, 0.5, 0))), 0, set);
-    const auto edges = gaps_of(group, 8, facing_box(cube, RigidPose(R, Vector3(5, 0, 0))), 0, set);
+    const auto faces =
+        gaps_of(group, frame, facing_box(cube, RigidPose(Vector3(5, 0.5, 0))), 0, set);
+    const auto edges =
+        gaps_of(group, frame, facing_box(cube, RigidPose(R, Vector3(5, 0, 0))), 0, set);
     for (int k = 0; k < kWidth; ++k) {
       EXPECT_NEAR(faces[std::size_t(k)], 3, 3e-6);
       EXPECT_NEAR(edges[std::size_t(k)], 4 - std::sqrt(2), 3e-6);
@@ -79,11 +92,11 @@ TEST(BoxGaps, AreNotPositiveForBoxesThatOverlap) {
   for (int k = 0; k < 1000; ++k) {
     RandomCase c = random_case(random);
     // A corner of the other in a point of box 0.
-    const OrientedBox box = c.group.box(0, c.scale);
+    const OrientedBox box = c.group.box(0, c.frame);
     const Vector3 x = testing::random_vector(1, random);
     const Vector3 p = box.center + box.axes * box.half_extents.cwiseProduct(x);
     c.other.center = p - c.other.axes * c.other.half_extents;
-    ASSERT_LE(gaps_of(c.group, c.scale, facing_box(c.other, RigidPose()), c.noise)[0], 0) << k;
+    ASSERT_LE(gaps_of(c.group, c.frame, facing_box(c.other, RigidPose()), c.noise)[0], 0) << k;
   }
 }
 
@@ -93,13 +106,13 @@ TEST(BoxGaps, AreNeverAboveTheDistanceOfTheBoxesAndMostlyNear) {
   int near = 0;
   for (int k = 0; k < 100; ++k) {
     const RandomCase c = random_case(random);
-    const auto gaps = gaps_of(c.group, c.scale, facing_box(c.other, c.X_SO), c.noise);
+    const auto gaps = gaps_of(c.group, c.frame, facing_box(c.other, c.X_SO), c.noise);
     for (int column = 0; column < kWidth; ++column) {
       const Scalar gap = gaps[std::size_t(column)];
       if (gap <= 0) continue;
       ++separated;
       const Scalar distance = surface_distance(
-          corners_of(c.group.box(column, c.scale), RigidPose()), corners_of(c.other, c.X_SO));
+          corners_of(c.group.box(column, c.frame), RigidPose()), corners_of(c.other, c.X_SO));
       ASSERT_LE(gap, distance + c.noise) << k;
       near += gap >= 0.9 * distance;
     }
@@ -114,8 +127,9 @@ TEST(BoxGaps, AreNotAboveTheDistanceOfNearlyParallelEdges) {
   std::mt19937_64 random(6);
   OrientedBox needle;
   needle.half_extents = Vector3(0, 0, 1);
+  const BoxFrame frame{.scale = 4};
   BoxGroup group;
-  for (int k = 0; k < kWidth; ++k) group.set_box(k, needle, 4);
+  for (int k = 0; k < kWidth; ++k) group.set_box(k, needle, frame);
   for (int k = 0; k < 300; ++k) {
     const Scalar angle = testing::random_number(1e-3, 3e-3, random);
     const Matrix3 R = (Eigen::AngleAxisd(testing::random_number(0, 6, random), Vector3::UnitZ()) *
@@ -123,10 +137,10 @@ TEST(BoxGaps, AreNotAboveTheDistanceOfNearlyParallelEdges) {
                           .toRotationMatrix();
     const Vector3 axis = Vector3::UnitZ().cross(R.col(2)).normalized();
     const RigidPose X_SO(R, axis + testing::random_number(-0.5, 0.5, random) * Vector3::UnitZ());
-    const Scalar gap = gaps_of(group, 4, facing_box(needle, X_SO), kStepNoise * 4)[0];
-    ASSERT_LE(gap,
-              surface_distance(corners_of(group.box(0, 4), RigidPose()), corners_of(needle, X_SO)) +
-                  kStepNoise * 4);
+    const Scalar gap = gaps_of(group, frame, facing_box(needle, X_SO), kStepNoise * 4)[0];
+    ASSERT_LE(gap, surface_distance(corners_of(group.box(0, frame), RigidPose()),
+                                    corners_of(needle, X_SO)) +
+                       kStepNoise * 4);
   }
 }
 
@@ -135,9 +149,9 @@ TEST(BoxGaps, HaveTheSameBitsOnEveryInstructionSet) {
   for (int k = 0; k < 20000; ++k) {
     const RandomCase c = random_case(random);
     const FacingBox other = facing_box(c.other, c.X_SO);
-    const auto expected = gaps_of(c.group, c.scale, other, c.noise, InstructionSet::Baseline);
+    const auto expected = gaps_of(c.group, c.frame, other, c.noise, InstructionSet::Baseline);
     for (const InstructionSet set : runnable_sets()) {
-      ASSERT_EQ(gaps_of(c.group, c.scale, other, c.noise, set), expected) << k;
+      ASSERT_EQ(gaps_of(c.group, c.frame, other, c.noise, set), expected) << k;
     }
   }
 }

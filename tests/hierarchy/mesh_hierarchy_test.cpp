@@ -61,7 +61,7 @@ std::vector<std::int32_t> check_box(const MeshHierarchy& tree, const MeshArrays&
     EXPECT_GT(child, index);  // so the walk ends
     triangles = check_node(tree, mesh, child, depth, summary);
   }
-  const OrientedBox box = node.boxes.box(column, tree.scale());
+  const OrientedBox box = node.boxes.box(column, tree.frame());
   const WideMatrix axes = box.axes.cast<Wide>();
   EXPECT_LE((axes.transpose() * axes - WideMatrix::Identity()).cwiseAbs().maxCoeff(), 0x1p-22);
   const WideMatrix inverse = axes.inverse();
@@ -101,7 +101,8 @@ int expect_sound(const MeshArrays& mesh) {
 }
 
 bool is_same(const MeshHierarchy& one, const MeshHierarchy& two) {
-  if (one.nodes().size() != two.nodes().size() || one.scale() != two.scale()) return false;
+  if (one.nodes().size() != two.nodes().size() || one.frame().scale != two.frame().scale)
+    return false;
   for (std::size_t k = 0; k < one.nodes().size(); ++k) {
     const MeshHierarchy::Node& x = one.nodes()[k];
     const MeshHierarchy::Node& y = two.nodes()[k];
@@ -113,7 +114,7 @@ bool is_same(const MeshHierarchy& one, const MeshHierarchy& two) {
 
 OrientedBox root_box(const MeshArrays& mesh) {
   const MeshHierarchy tree(mesh.vertices, mesh.triangles);
-  return tree.nodes()[0].boxes.box(0, tree.scale());
+  return tree.nodes()[0].boxes.box(0, tree.frame());
 }
 
 TEST(MeshHierarchy, ContainsItsTrianglesAtEveryScaleAndPlace) {

@@ -17,6 +17,19 @@ struct OrientedBox {
   Vector3 half_extents = Vector3::Zero();
 };
 
+/// What the numbers of boxes in single precision are measured from, and in.
+struct BoxFrame {
+  Vector3 origin = Vector3::Zero();  ///< zero unless the boxes are far from it for their size
+  Scalar scale = 1;                  ///< unit of length, a power of two
+
+  /// For boxes that lie in `root`.
+  static BoxFrame around(const OrientedBox& root);
+  /// Raises the scale for boxes that lie in `root`, if need be.
+  void make_room(const OrientedBox& root);
+
+  Vector3 local(const Vector3& p) const { return (p - origin) / scale; }
+};
+
 /// Up to eight oriented boxes side by side in single precision, laid out for SIMD.
 struct alignas(32) BoxGroup {
   static constexpr int kWidth = 8;
@@ -27,17 +40,18 @@ struct alignas(32) BoxGroup {
   static constexpr int kRows = 15;
 
   /// rows[kCenter + i], rows[kAxes + 3 * k + i] (coordinate i of axis k), rows[kHalfExtents + k];
-  /// one column per box. Centers and half extents are multiples of a scale that is stored
-  /// elsewhere. Unused columns repeat the last box, so that they hold valid numbers.
+  /// one column per box. Centers and half extents are those in a BoxFrame that is stored elsewhere.
+  /// Unused columns repeat the last box, so that they hold valid numbers.
   float rows[kRows][kWidth];
 
-  /// The box in a column, exactly.
-  OrientedBox box(int column, Scalar scale) const;
+  /// The box in a column: exactly, but for the rounding of the center if the origin is not zero.
+  OrientedBox box(int column, const BoxFrame& frame) const;
 
   /// Stores a box that contains `box`, whose axes must be orthonormal to 8u: the half extents are
   /// enlarged to cover the rounding to single precision.
-  /// @param scale A power of two, at least as large as all center coordinates and half extents.
-  void set_box(int column, const OrientedBox& box, Scalar scale);
+  /// @param frame Its scale must be at least as large as all half extents, and all coordinates of
+  /// centers from its origin.
+  void set_box(int column, const OrientedBox& box, const BoxFrame& frame);
 
   /// Half diagonal, squared, in units of the scale.
   float squared_half_diagonal(int column) const;
@@ -86,17 +100,14 @@ class MeshHierarchy {
   /// Node 0 holds one box, the one of the whole mesh.
   const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// The scale for boxes that lie in `root`: the power of two above its coordinates.
-  static Scalar scale_of(const OrientedBox& root);
-
-  /// Unit of the centers and half extents in the nodes; length, a power of two.
-  Scalar scale() const { return scale_; }
+  /// Of the centers and half extents in the nodes.
+  const BoxFrame& frame() const { return frame_; }
 
  private:
   void fit_boxes(std::span<const Vector3> vertices, std::span<const TriangleIndices> triangles);
 
   std::vector<Node> nodes_;
-  Scalar scale_ = 1;
+  BoxFrame frame_;
 };
 
 }  // namespace dyop

@@ -52,7 +52,7 @@ struct ToiOptions {
   /// Gap at which two shapes count as touching; length, >= 0.
   Scalar target_distance = 0;
   /// How much above the target an impact may be reported; length, > 0. Halving it costs little.
-  /// Default: a millionth of the smaller bounding radius, see default_distance_tolerance().
+  /// See default_distance_tolerance().
   std::optional<Scalar> distance_tolerance = {};
   /// Largest number of node pairs to examine; after that the status is BudgetExhausted.
   std::int64_t max_node_pairs = 10'000'000;
@@ -71,10 +71,11 @@ struct ToiOptions {
   std::stop_token stop = {};
 };
 
-/// The default tolerance of a query: a millionth of the smaller of two bounding radii, or of the
-/// larger if the smaller is zero.
-/// @throws InvalidArgument if both are zero: two points have no size.
-Scalar default_distance_tolerance(Scalar radius_a, Scalar radius_b);
+/// The default tolerance of a query: a millionth of the smaller shape's size, or of the larger
+/// one's if the smaller has none. The size is the bounding radius, but at most twice the diagonal of
+/// the bounding box: a mesh far from its frame's origin is no larger for it.
+/// @throws InvalidArgument if both are points, which have no size.
+Scalar default_distance_tolerance(const Shape& a, const Shape& b);
 
 /// Returns when two moving shapes first come within target_distance, or proves that they do not.
 ///

@@ -106,9 +106,8 @@ PairScene scene_of(const Shape& a, const RigidPose& X_WA, const Shape& b, const 
 }
 
 Scalar tolerance_of(const ToiQuery& query) {
-  return query.options.distance_tolerance
-             ? *query.options.distance_tolerance
-             : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+  return query.options.distance_tolerance ? *query.options.distance_tolerance
+                                          : default_distance_tolerance(*query.a, *query.b);
 }
 
 // The witness of the query, or where it has none the nearest points at the time that is drawn.

@@ -248,7 +248,6 @@ bool ContactSurface::triangle_is_clear(std::int32_t triangle, const Vector3& p, 
 bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar sine,
                                    Scalar noise) const {
   const MeshHierarchy& hierarchy = mesh->hierarchy();
-  const Scalar scale = hierarchy.scale();
   // Each level leaves at most seven siblings waiting.
   std::array<std::int32_t, (MeshHierarchy::kWidth - 1) * (MeshHierarchy::kMaxDepth + 1) + 1> stack;
   std::size_t height = 0;
@@ -256,7 +255,7 @@ bool ContactSurface::touches_clear(const Vector3& p, const Vector3& n, Scalar si
   while (height > 0) {
     const MeshHierarchy::Node& node = hierarchy.nodes()[std::size_t(stack[--height])];
     for (int column = 0; column < node.count(); ++column) {
-      const OrientedBox box = node.boxes.box(column, scale);
+      const OrientedBox box = node.boxes.box(column, hierarchy.frame());
       const Vector3 local = box.axes.transpose() * (p - box.center);
       const Vector3 off = local.cwiseAbs() - box.half_extents;
       const Scalar slack = noise + kFlatEdgeSine * (2 * box.half_extents.sum() + off.maxCoeff());

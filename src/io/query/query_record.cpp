@@ -59,10 +59,9 @@ Json query_json(const ToiQuery& query, const ToiOptions& options) {
   json["a"] = body_json(*query.a, *query.X_WA);
   json["b"] = body_json(*query.b, *query.X_WB);
   json["interval"] = Json::array({hex_json(query.interval.begin), hex_json(query.interval.end)});
-  const Scalar tolerance =
-      options.distance_tolerance
-          ? *options.distance_tolerance
-          : default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+  const Scalar tolerance = options.distance_tolerance
+                               ? *options.distance_tolerance
+                               : default_distance_tolerance(*query.a, *query.b);
   json["options"] = options_json(options, tolerance);
   return json;
 }

@@ -307,7 +307,7 @@ static void box_steps_group(const GroupRows& rows, int, int count, const FacingP
                             const FacingMotion& motion, BoxSteps* steps) {
   steps->is_far = 0;
   float axes[3][kGroupWidth];
-  find_axes(rows, count, RankingBox(other.box, rows.scale), axes);
+  find_axes(rows, count, RankingBox(other.box, rows), axes);
   for (int first = 0; first < count; first += Lanes::kCount) {
     box_steps<Lanes>(rows, first, axes, other, motion, steps);
   }
@@ -319,7 +319,7 @@ static void box_steps_one(const GroupRows& rows, int first, int, const FacingPie
   float axes[3][kGroupWidth];
   // All boxes of the lanes cost no more than one, and branches cost nothing.
   find_axis<false, FloatLanes>(rows, first - first % FloatLanes::kCount,
-                               RankingBox(other.box, rows.scale), axes);
+                               RankingBox(other.box, rows), axes);
   box_steps<OneLane>(rows, first, axes, other, motion, steps);
 }
 

@@ -17,8 +17,7 @@ namespace dyop::testing {
 inline ToiOptions in_full(const ToiQuery& query) {
   ToiOptions options = query.options;
   if (!options.distance_tolerance) {
-    options.distance_tolerance =
-        default_distance_tolerance(query.a->bounding_radius(), query.b->bounding_radius());
+    options.distance_tolerance = default_distance_tolerance(*query.a, *query.b);
   }
   return options;
 }

@@ -20,7 +20,7 @@ constexpr int kWidth = BoxGroup::kWidth;
 // an acceleration of size `pull` towards S.
 struct RandomCase {
   BoxGroup group;
-  Scalar scale = 4;
+  BoxFrame frame{.scale = 4};
   OrientedBox other;
   Vector3 pull;
   FacingPiece piece;
@@ -49,7 +49,7 @@ Scalar radius_of(const OrientedBox& box) {
 
 RandomCase random_case(std::mt19937_64& random, Scalar rate, Scalar acceleration) {
   RandomCase c;
-  for (int k = 0; k < kWidth; ++k) c.group.set_box(k, random_box(0.5, random), c.scale);
+  for (int k = 0; k < kWidth; ++k) c.group.set_box(k, random_box(0.5, random), c.frame);
   c.other = random_box(0.5, random);
   const Vector3 p =
       testing::random_vector(1, random).normalized() * testing::random_number(1, 4, random);
@@ -81,12 +81,13 @@ RandomCase random_case(std::mt19937_64& random, Scalar rate, Scalar acceleration
 
 BoxSteps steps_of(const RandomCase& c, InstructionSet set = best_instruction_set()) {
   BoxSteps steps{};
-  box_steps_kernels(set).group({c.group.rows, c.scale}, 0, kWidth, c.piece, c.motion, &steps);
+  box_steps_kernels(set).group(geometry_internal::rows_of(c.group, c.frame), 0, kWidth, c.piece,
+                               c.motion, &steps);
   return steps;
 }
 
 Scalar distance_at(const RandomCase& c, int column, Scalar s) {
-  return surface_distance(corners_of(c.group.box(column, c.scale), c.pose_of_group(s)),
+  return surface_distance(corners_of(c.group.box(column, c.frame), c.pose_of_group(s)),
                           corners_of(c.other, c.pose_of_other(s)));
 }
 
@@ -155,7 +156,7 @@ TEST(BoxSteps, OfOneBoxHoldToo) {
     const int column = k % kWidth;
     BoxSteps steps{};
     box_steps_kernels(best_instruction_set())
-        .one({c.group.rows, c.scale}, column, 1, c.piece, c.motion, &steps);
+        .one(geometry_internal::rows_of(c.group, c.frame), column, 1, c.piece, c.motion, &steps);
     const Scalar time = steps.time[column];
     for (int i = 1; time > 0 && i <= 4; ++i) {
       ASSERT_GE(distance_at(c, column, std::min(time, c.motion.remaining) * i / 4),

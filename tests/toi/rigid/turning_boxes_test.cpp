@@ -71,7 +71,8 @@ TEST(TurningBoxes, AreAsLargeAsTheirDiagonals) {
   const HermiteMotion turning =
       HermiteMotion::from_chart({0, 1}, Matrix3(Matrix3::Identity()), {},
                                 {Vector3::Zero(), Vector3::Zero(), acceleration / 2, acceleration});
-  const ToiResult result = time_of_impact(point, rest, body, turning, {0, 1});
+  const ToiResult result =
+      time_of_impact(point, rest, body, turning, {0, 1}, {.distance_tolerance = 1e-6});
   // The height of the point over the face x = 1 of the turned cube.
   const auto height = [&](Scalar t) { return (turning.pose(t).inverse() * p).x() - 1; };
   const Scalar contact = root_of(height, 0, 1);
