@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "dyop/core/rigid_pose.h"
 #include "dyop/geometry/primitives.h"
 #include "geometry/hull/quickhull.h"
 #include "geometry/solid.h"

@@ -95,12 +95,8 @@ void bind_toi_options(py::module_& m) {
       .def(
           "can_resume", [](const PythonWorkspace& w) { return w.workspace.can_resume(); },
           "Whether the last query ended undecided and can be resumed.");
-  m.def(
-      "default_distance_tolerance",
-      [](const ShapePointer& a, const ShapePointer& b) {
-        return default_distance_tolerance(*a, *b);
-      },
-      py::arg("a"), py::arg("b"), "The tolerance of a query that names none, length.");
+  m.def("default_distance_tolerance", &default_distance_tolerance, py::arg("a"), py::arg("b"),
+        "The tolerance of a query of these shapes that names none, length.");
 }
 
 // Pointers are within optionals because pybind11 takes None for a pointer in a second attempt only.
