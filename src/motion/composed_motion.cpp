@@ -9,6 +9,7 @@
 #include "dyop/core/error.h"
 #include "motion/curve/bernstein.h"
 #include "motion/curve/chart_curve.h"
+#include "motion/curve/chord_tree.h"
 #include "motion/guarded_state.h"
 
 namespace dyop {
@@ -77,6 +78,63 @@ Scalar ComposedMotion::smooth_until(Scalar t) const {
 
 namespace {
 
+// The motion itself while it is smooth, with accelerations as for no time at all.
+std::optional<MotionStretch> stretch_of(const Motion& motion, Scalar t, Scalar after) {
+  const Scalar end = motion.smooth_until(t);
+  if (end > after) return MotionStretch{.end = end, .twist = motion.twist(t)};
+  return motion.stretch(t, after);
+}
+
+// Ends it earlier. Returns the largest speeds of the close motion until then.
+TwistBound shorten(MotionStretch& stretch, const Motion& motion, Scalar t, Scalar end) {
+  stretch.end = end;
+  if (motion.smooth_until(t) >= end) {
+    const TwistBound bound = motion.twist_bound({t, end});
+    stretch.linear_acceleration = bound.linear_acceleration;
+    stretch.angular_acceleration = bound.angular_acceleration;
+  }
+  using motion_internal::norm_of;
+  using motion_internal::times;
+  return {norm_of(stretch.twist.v_WB) + times(stretch.linear_acceleration, end - t),
+          norm_of(stretch.twist.w_WB) + times(stretch.angular_acceleration, end - t)};
+}
+
+}  // namespace
+
+std::optional<MotionStretch> ComposedMotion::stretch(Scalar t, Scalar after) const {
+  std::optional<MotionStretch> outer = stretch_of(*outer_, t, after);
+  std::optional<MotionStretch> inner = stretch_of(*inner_, t, after);
+  if (!outer || !inner) return std::nullopt;
+  const Scalar end = std::min(outer->end, inner->end);
+  const TwistBound speeds = shorten(*outer, *outer_, t, end);
+  const TwistBound inner_speeds = shorten(*inner, *inner_, t, end);
+  const Matrix3 R_WM = outer_->pose(t).rotation();
+  const Vector3 p_MB = inner_->pose(t).translation();
+  const Vector3 q_W = R_WM * p_MB;
+  using motion_internal::norm_of;
+  using motion_internal::round_up;
+  using motion_internal::times;
+  const Scalar arm = norm_of(p_MB) + times(inner_speeds.linear_speed, end - t);
+  const Scalar turning = speeds.angular_speed;
+  return MotionStretch{
+      .end = end,
+      .twist = {outer->twist.v_WB + outer->twist.w_WB.cross(q_W) + R_WM * inner->twist.v_WB,
+                outer->twist.w_WB + R_WM * inner->twist.w_WB},
+      .linear_acceleration = round_up(outer->linear_acceleration +
+                                      (outer->angular_acceleration + turning * turning) * arm +
+                                      2 * turning * inner_speeds.linear_speed +
+                                      inner->linear_acceleration),
+      .angular_acceleration =
+          round_up(outer->angular_acceleration + turning * inner_speeds.angular_speed +
+                   inner->angular_acceleration),
+      .linear_deviation = round_up(outer->linear_deviation + outer->angular_deviation * arm +
+                                   inner->linear_deviation),
+      .angular_deviation =
+          std::min(2.0, round_up(outer->angular_deviation + inner->angular_deviation))};
+}
+
+namespace {
+
 // Allows for rounding of each pose (Motion::pose_scale). Returns the jump, relative to rounding.
 PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::Part& y,
                           std::size_t index) {
@@ -93,6 +151,26 @@ PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::P
                index + 1, " of sequence motion do not meet at time ", t, ": the position jumps by ",
                jump, ", the rotation matrix by ", turn);
   return {jump / kPoseNoise, turn / kPoseNoise};
+}
+
+}  // namespace
+
+namespace {
+
+std::shared_ptr<const motion_internal::ChordTree> make_chords(
+    std::span<const SequenceMotion::Part> parts, const PoseScale& scale) {
+  std::vector<Scalar> times;
+  std::vector<motion_internal::ChordTree::Piece> pieces;
+  for (const auto& [interval, motion] : parts) {
+    times.push_back(interval.begin);
+    pieces.push_back(motion_internal::chord_piece(
+        motion->pose(interval.begin), motion->twist(interval.begin + interval.length() / 2).w_WB,
+        motion->twist_bound(interval), interval.length()));
+  }
+  const SequenceMotion::Part& last = parts.back();
+  times.push_back(last.interval.end);
+  return std::make_shared<const motion_internal::ChordTree>(
+      times, pieces, last.motion->pose(last.interval.end), scale);
 }
 
 }  // namespace
@@ -124,6 +202,9 @@ SequenceMotion::SequenceMotion(std::vector<Part> parts) : parts_(std::move(parts
     jumps_.push_back({jumps_.back().length + jump.length, jumps_.back().angle + jump.angle});
   }
   speeds_ = std::make_shared<const motion_internal::SpeedTree>(speeds);
+  if (is_trusted_ && parts_.size() >= motion_internal::ChordTree::kFewest) {
+    chords_ = make_chords(parts_, pose_scale_);
+  }
 }
 
 // The part valid from t on; the first one before the domain, the last one at its end.
@@ -175,6 +256,18 @@ Scalar SequenceMotion::smooth_until(Scalar t) const {
   if (t >= parts_.back().interval.end) return kInfinity;
   const Part& part = parts_[part_at(t)];
   return std::min(part.interval.end, part.motion->smooth_until(t));
+}
+
+std::optional<MotionStretch> SequenceMotion::stretch(Scalar t, Scalar after) const {
+  const std::size_t i = part_at(t);
+  const Scalar end = parts_[i].interval.end;
+  if (after < end) {
+    if (auto stretch = parts_[i].motion->stretch(t, after)) {
+      stretch->end = std::min(stretch->end, end);
+      return stretch;
+    }
+  }
+  return chords_ ? chords_->stretch(i, after) : std::nullopt;
 }
 
 }  // namespace dyop

@@ -19,6 +19,10 @@ PoseScale Motion::pose_scale(const TimeInterval& interval) const {
           1 + times(bound.angular_speed, latest)};
 }
 
+std::optional<MotionStretch> Motion::stretch(Scalar, Scalar) const {
+  return std::nullopt;
+}
+
 void require_defined(const Motion& motion, const TimeInterval& interval, const char* what) {
   const TimeInterval domain = motion.domain();
   DYOP_REQUIRE(domain.begin <= interval.begin && interval.end <= domain.end, what,

@@ -10,6 +10,7 @@
 #include "dyop/motion/interpolated_motion.h"
 #include "motion/curve/bernstein.h"
 #include "motion/curve/chart_curve.h"
+#include "motion/curve/chord_tree.h"
 
 namespace dyop {
 
@@ -51,6 +52,13 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
     speeds.push_back(speed);
   }
   speeds_ = std::make_shared<const motion_internal::SpeedTree>(speeds);
+  std::vector<motion_internal::ChordTree::Piece> chords;
+  chords.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    chords.push_back({samples[i].X_WB, 0, pieces_[i].twist_WB.w_WB, 0});
+  }
+  chords_ = std::make_shared<const motion_internal::ChordTree>(stamps_, chords,
+                                                               samples.back().X_WB, pose_scale_);
 }
 
 // The piece valid from t on; the first one before the domain, the last one at its end.
@@ -92,6 +100,10 @@ PoseScale SampledMotion::pose_scale(const TimeInterval& interval) const {
 Scalar SampledMotion::smooth_until(Scalar t) const {
   const auto next = std::upper_bound(stamps_.begin(), stamps_.end(), t);
   return next == stamps_.end() ? kInfinity : *next;
+}
+
+std::optional<MotionStretch> SampledMotion::stretch(Scalar t, Scalar after) const {
+  return chords_->stretch(piece_at(t), after);
 }
 
 namespace {

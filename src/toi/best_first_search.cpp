@@ -126,7 +126,7 @@ typename BestFirstSearch<Pair>::Verdict BestFirstSearch<Pair>::examine_leaves(
   const bool is_resting = is_near && (is_in_contact || !is_approaching);
   memory_.has_resting_pair |= is_resting;
   const Scalar least = is_resting ? band_.resting_target(piece.lower, noise) : band_.leaf_target;
-  const Scalar next = pair_.time() + pair_.leaf_step(piece, pair, least).time;
+  const Scalar next = pair_.time() + pair_.leaf_step(piece, pair, least);
   if (!(next > pair_.time())) {
     result_.contact = make_contact(piece, pair);
     return is_near ? Verdict::Impact : Verdict::Stuck;

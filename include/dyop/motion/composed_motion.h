@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,8 @@ class ComposedMotion final : public Motion {
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override;
   Scalar smooth_until(Scalar t) const override;
+  /// Composed of a stretch of each, by the formulas above.
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override;
   bool is_trusted() const override { return outer_->is_trusted() && inner_->is_trusted(); }
 
   const Motion& outer() const { return *outer_; }
@@ -42,6 +45,7 @@ class ComposedMotion final : public Motion {
 }  // namespace dyop
 
 namespace dyop::motion_internal {
+class ChordTree;
 class SpeedTree;
 }
 
@@ -76,6 +80,10 @@ class SequenceMotion final : public Motion {
   /// The end of the part, or of a smooth piece within it if that is sooner.
   Scalar smooth_until(Scalar t) const override;
 
+  /// Within a part as the part knows it, and across 2, 4, 8, ... parts at once, if there are eight
+  /// or more and all are trusted.
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override;
+
   /// If all parts are.
   bool is_trusted() const override { return is_trusted_; }
 
@@ -83,7 +91,8 @@ class SequenceMotion final : public Motion {
   std::size_t part_at(Scalar t) const;
   std::vector<Part> parts_;
   std::shared_ptr<const motion_internal::SpeedTree> speeds_;
-  PoseScale pose_scale_;  // covers all parts
+  std::shared_ptr<const motion_internal::ChordTree> chords_;  // may be null
+  PoseScale pose_scale_;                                      // covers all parts
   bool is_trusted_ = true;
   // How much rounding makes the pose jump where parts meet: sums over the meetings before each
   // part, relative to rounding as PoseScale is. Speeds do not bound it.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "dyop/core/rigid_pose.h"
 #include "dyop/core/time_interval.h"
@@ -29,6 +30,19 @@ struct TwistBound {
 struct PoseScale {
   Scalar length = 0;  ///< largest length from which positions are computed
   Scalar angle = 1;   ///< 1 plus the angles from which rotations are computed, radians
+};
+
+/// How a motion goes on from a time t to a later time `end`, whatever its twist does in between. It
+/// keeps close to a motion with a Lipschitz twist that has the same pose at t: origins are never
+/// farther apart than linear_deviation, and a point at a distance r from the body's origin is turned
+/// away by at most angular_deviation * r. Bounds are rounded up, but for the rounding of poses.
+struct MotionStretch {
+  Scalar end = 0;
+  Twist twist;                      ///< of the close motion at t
+  Scalar linear_acceleration = 0;   ///< bounds on how its twist changes on [t, end]
+  Scalar angular_acceleration = 0;
+  Scalar linear_deviation = 0;      ///< length
+  Scalar angular_deviation = 0;     ///< at most 2
 };
 
 /// Pose and velocity of a body at one time.
@@ -82,6 +96,11 @@ class Motion {
     const Scalar end = domain().end;
     return t < end ? end : kInfinity;
   }
+
+  /// A stretch that starts at t and ends after `after`, a time >= smooth_until(t): the shortest one
+  /// that is known, since longer ones deviate more. With it a query passes many jumps of the twist
+  /// at once, where they make no difference. Default: none, which costs speed, never safety.
+  virtual std::optional<MotionStretch> stretch(Scalar t, Scalar after) const;
 
   /// True if poses are rotations and bounds hold by construction: queries then check only that
   /// poses and twists are finite. The library's own motions say so. Leave it as it is for a motion

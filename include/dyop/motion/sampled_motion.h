@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "dyop/motion/steady_motions.h"
 
 namespace dyop::motion_internal {
+class ChordTree;
 class SpeedTree;
 }
 
@@ -47,6 +49,9 @@ class SampledMotion final : public Motion {
 
   /// The next stamp after t, infinity after the last.
   Scalar smooth_until(Scalar t) const override;
+
+  /// Across 2, 4, 8, ... pieces at once, with the constant twist from the first pose to the last.
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override;
   bool is_trusted() const override { return true; }
 
  private:
@@ -60,6 +65,7 @@ class SampledMotion final : public Motion {
   std::vector<Scalar> stamps_;  // of the samples, contiguous for searching
   std::vector<Piece> pieces_;
   std::shared_ptr<const motion_internal::SpeedTree> speeds_;
+  std::shared_ptr<const motion_internal::ChordTree> chords_;
   PoseScale pose_scale_;
 };
 

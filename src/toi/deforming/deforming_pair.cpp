@@ -26,11 +26,12 @@ void DeformingPair<SideB>::set_time(Scalar t) {
 }
 
 template <typename SideB>
-SafeStep DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
-                                         Scalar least) const {
+Scalar DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
+                                       Scalar least) const {
   const Vector3& n_W = piece.nhat_AB;
   return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W),
-                   least);
+                   least)
+      .time;
 }
 
 // Closing by more than rounding, and fast enough to matter: triangles of a sheet are flat only up

@@ -63,7 +63,7 @@ class DeformingPair {
                         GjkSeed& /*seed*/) const {
     return measure(pair.a, pair.b, noise);
   }
-  SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) const;
+  Scalar leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) const;
   Scalar closing_speed(const PieceDistance& piece, const QueuedPair& pair) const {
     return piece.nhat_AB.dot(a_.velocity_at(pair.a, piece.p_a) - b_.velocity_at(pair.b, piece.p_b));
   }

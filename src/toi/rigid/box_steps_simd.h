@@ -286,9 +286,11 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
                   L(1 + 0x1p-48);
     time = coupled_step(gap_at, motion, bounds, other, gap);
     // Speeds and balls can win only where the direction has turned too far to mean anything.
+    // or what it was to do next is unknown.
     const L turned_by = time * L(motion.largest_turning);
-    const auto is_directionless =
-        (gap > L(0.0)) & ((turned_by > L(kDirectionlessTurn)) | (L(0.0) >= time));
+    const L known = L(motion.horizon < motion.remaining ? motion.horizon : __builtin_inf());
+    const auto is_directionless = (gap > L(0.0)) & ((turned_by > L(kDirectionlessTurn)) |
+                                                    ((L(0.0) >= time) | (time >= known)));
     if (is_directionless.bits() != 0) {
       // Only there, so that a lane does not depend on its neighbours.
       const L step = directionless_step(other, motion, gap, bounds.radius);

@@ -63,6 +63,28 @@ void copy(const Vector3& from, double* to) {
   for (int i = 0; i < 3; ++i) to[i] = from[i];
 }
 
+// How a body goes on until after a time: with its twist, if that does not jump before.
+std::optional<MotionStretch> stretch_beyond(const MovingShape& body, const BodyInstant& now,
+                                            Scalar t, Scalar after) {
+  const Scalar end = body.motion.smooth_until(t);
+  if (end > after) return MotionStretch{.end = end, .twist = {now.v_WB, now.w_WB}};
+  return body.motion.stretch(t, after);
+}
+
+// Gives the body the twist of a stretch; returns how far its points may stray from that.
+Scalar follow(BodyInstant& now, const MovingShape& body, const MotionStretch& stretch) {
+  now.v_WB = stretch.twist.v_WB;
+  if (body.is_ball) return stretch.linear_deviation;
+  now.w_WB = stretch.twist.w_WB;
+  return stretch.linear_deviation + times(stretch.angular_deviation, body.radius);
+}
+
+// The accelerations of a stretch that begins at t, until a time that is not after its end.
+TwistBound bound_of(const MotionStretch& stretch, const MovingShape& body, Scalar t, Scalar end) {
+  if (body.motion.smooth_until(t) >= end) return body.bounds.over(t, end);
+  return {0, 0, stretch.linear_acceleration, stretch.angular_acceleration};
+}
+
 }  // namespace
 
 MovingPair::MovingPair(const Shape& a, const Motion& X_WA, const Shape& b, const Motion& X_WB,
@@ -99,6 +121,7 @@ void MovingPair::set_time(Scalar t) {
                                   now_.a.R_WB.transpose() * (now_.b.p_WB - now_.a.p_WB));
   facing_a_.is_current = false;
   facing_b_.is_current = false;
+  further_count_ = 0;
   set_horizon();
 }
 
@@ -110,15 +133,44 @@ void MovingPair::set_horizon() {
     now_.horizon = std::min(now_.remaining, end - time_);
   }
   const Scalar end = std::min(interval_.end, time_ + now_.horizon);
-  const TwistBound near_a = a_.bounds.over(time_, end);
-  const TwistBound near_b = b_.bounds.over(time_, end);
-  now_.linear_acceleration = near_a.linear_acceleration + near_b.linear_acceleration;
-  now_.angular_acceleration_a = a_.is_ball ? 0 : near_a.angular_acceleration;
-  now_.angular_acceleration_b = b_.is_ball ? 0 : near_b.angular_acceleration;
+  horizon_end_ = end;
+  bound_accelerations(now_, a_.bounds.over(time_, end), b_.bounds.over(time_, end));
 }
 
-void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
-                      const BodyInstant& other) const {
+void MovingPair::bound_accelerations(PairInstant& outlook, const TwistBound& a,
+                                     const TwistBound& b) const {
+  outlook.linear_acceleration = a.linear_acceleration + b.linear_acceleration;
+  outlook.angular_acceleration_a = a_.is_ball ? 0 : a.angular_acceleration;
+  outlook.angular_acceleration_b = b_.is_ball ? 0 : b.angular_acceleration;
+}
+
+// The next outlook, if the motions know one that ends later.
+bool MovingPair::add_outlook() {
+  const Scalar after = further_count_ > 0 ? further_[further_count_ - 1].end : horizon_end_;
+  if (is_smooth_ || after >= interval_.end) return false;
+  const auto stretch_a = stretch_beyond(a_, now_.a, time_, after);
+  if (!stretch_a) return false;
+  const auto stretch_b = stretch_beyond(b_, now_.b, time_, after);
+  if (!stretch_b) return false;
+  if (further_count_ == further_.size()) further_.emplace_back();
+  Outlook& outlook = further_[further_count_];
+  outlook.end = std::min({interval_.end, stretch_a->end, stretch_b->end});
+  if (!(outlook.end > after)) return false;
+  outlook.facing_a.is_current = false;
+  outlook.facing_b.is_current = false;
+  PairInstant& instant = outlook.instant;
+  instant = now_;
+  instant.horizon = std::min(now_.remaining, outlook.end - time_);
+  instant.noise += follow(instant.a, a_, *stretch_a) + follow(instant.b, b_, *stretch_b);
+  bound_accelerations(instant, bound_of(*stretch_a, a_, time_, outlook.end),
+                      bound_of(*stretch_b, b_, time_, outlook.end));
+  ++further_count_;
+  return true;
+}
+
+void MovingPair::fill(FacingMotion& facing, const PairInstant& outlook, bool from_a) const {
+  const BodyInstant& body = from_a ? outlook.a : outlook.b;
+  const BodyInstant& other = from_a ? outlook.b : outlook.a;
   const Matrix3 R_SW = body.R_WB.transpose();
   copy(R_SW * (other.p_WB - body.p_WB), facing.origin);
   copy(R_SW * (other.v_WB - body.v_WB), facing.velocity);
@@ -132,38 +184,38 @@ void MovingPair::fill(FacingMotion& facing, const BodyInstant& body,
   const Vector3 p_SO = other.p_WB - body.p_WB;
   facing.origin_distance = p_SO.norm();
   facing.origin_opening = p_SO.dot(other.v_WB - body.v_WB) / facing.origin_distance;
-  facing.remaining = now_.remaining;
-  facing.horizon = now_.horizon;
-  facing.linear_acceleration = now_.linear_acceleration;
-  facing.linear_speed = now_.linear_speed;
+  facing.remaining = outlook.remaining;
+  facing.horizon = outlook.horizon;
+  facing.linear_acceleration = outlook.linear_acceleration;
+  facing.linear_speed = outlook.linear_speed;
   // Directions of the wide kernels have the length one up to 32u. literal: twice that.
   // Boxes hold cores: the balls around them turn with nothing and stay between them.
   facing.floor = (floor_ + a_.tree.rounding() + b_.tree.rounding()) * (1 + 64 * kUnitRoundoff);
-  facing.noise = now_.noise;
+  facing.noise = outlook.noise;
+  facing.angular_acceleration = outlook.angular_acceleration_a;
+  facing.other_angular_acceleration = outlook.angular_acceleration_b;
+  facing.angular_speed = outlook.angular_speed_a;
+  facing.other_angular_speed = outlook.angular_speed_b;
+  if (!from_a) {
+    std::swap(facing.angular_acceleration, facing.other_angular_acceleration);
+    std::swap(facing.angular_speed, facing.other_angular_speed);
+  }
+  facing.is_steady = is_steady(outlook);
 }
 
-const FacingMotion& MovingPair::facing_motion(bool from_a) {
-  Facing& facing = from_a ? facing_a_ : facing_b_;
+const FacingMotion& MovingPair::facing_motion(bool from_a, std::size_t k) {
+  Facing& facing = k == 0 ? (from_a ? facing_a_ : facing_b_)
+                          : (from_a ? further_[k - 1].facing_a : further_[k - 1].facing_b);
   if (facing.is_current) return facing.motion;
-  FacingMotion& motion = facing.motion;
-  fill(motion, from_a ? now_.a : now_.b, from_a ? now_.b : now_.a);
-  motion.angular_acceleration = now_.angular_acceleration_a;
-  motion.other_angular_acceleration = now_.angular_acceleration_b;
-  motion.angular_speed = now_.angular_speed_a;
-  motion.other_angular_speed = now_.angular_speed_b;
-  if (!from_a) {
-    std::swap(motion.angular_acceleration, motion.other_angular_acceleration);
-    std::swap(motion.angular_speed, motion.other_angular_speed);
-  }
-  motion.is_steady = is_steady();
+  fill(facing.motion, k == 0 ? now_ : further_[k - 1].instant, from_a);
   facing.is_current = true;
-  return motion;
+  return facing.motion;
 }
 
 // Whether both bodies move along straight lines at constant speed to the end of the query.
-bool MovingPair::is_steady() const {
-  return now_.horizon >= now_.remaining && now_.linear_acceleration == 0 &&
-         now_.angular_speed_a == 0 && now_.angular_speed_b == 0;
+bool MovingPair::is_steady(const PairInstant& outlook) {
+  return outlook.horizon >= outlook.remaining && outlook.linear_acceleration == 0 &&
+         outlook.angular_speed_a == 0 && outlook.angular_speed_b == 0;
 }
 
 FacingPiece MovingPair::facing_piece(bool from_a, std::int32_t box) const {
@@ -212,10 +264,12 @@ TurningNormal MovingPair::normal_with_features(const PieceDistance& piece, const
   return {n_W, turn_with_edges(n_W, edges_a.span(), now_.a.w_WB, edges_b.span(), now_.b.w_WB)};
 }
 
-SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
-                               Scalar floor) const {
+Scalar MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                             Scalar floor) {
   if (a_.is_ball && b_.is_ball) {
-    return safe_step_of_balls(now_, a_.radius, b_.radius, floor);
+    return longest_step([&](const PairInstant& outlook) {
+      return safe_step_of_balls(outlook, a_.radius, b_.radius, floor).time;
+    });
   }
   const LeafPiece piece_a = a_.tree.piece(leaf_a);
   const LeafPiece piece_b = b_.tree.piece(leaf_b);
@@ -224,12 +278,16 @@ SafeStep MovingPair::leaf_step(const PieceDistance& piece, std::int32_t leaf_a, 
   const ConvexShape* convex_b = piece_b.convex;
   if (a_.tree.convex() && b_.tree.convex()) {
     const Slab slab{normal, piece.lower, closing_speed(piece)};
-    return safe_step(now_, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor);
+    return longest_step([&](const PairInstant& outlook) {
+      return safe_step(outlook, *convex_a, a_.radius, *convex_b, b_.radius, slab, floor).time;
+    });
   }
   const Scalar radius_a = node_radius(a_.tree.box(leaf_a)) + a_.tree.rounding();
   const Scalar radius_b = node_radius(b_.tree.box(leaf_b)) + b_.tree.rounding();
   const auto step = [&](const auto& set_a, const auto& set_b) {
-    return safe_step(now_, set_a, radius_a, set_b, radius_b, normal, floor);
+    return longest_step([&](const PairInstant& outlook) {
+      return safe_step(outlook, set_a, radius_a, set_b, radius_b, normal, floor).time;
+    });
   };
   const auto with_b = [&](const auto& set_a) {
     return convex_b ? step(set_a, *convex_b) : step(set_a, piece_b.corners());

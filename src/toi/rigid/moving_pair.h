@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
 #include "distance/piece_distance.h"
 #include "dyop/motion/motion.h"
 #include "geometry/shape_tree.h"
@@ -81,8 +86,31 @@ class MovingPair {
   /// docs/algorithms/time_of_impact.md.
   Scalar noise() const { return now_.noise; }
 
-  /// The motion seen from A, or from B.
-  const FacingMotion& facing_motion(bool from_a);
+  /// Whether no twist jumps in the interval.
+  bool is_smooth() const { return is_smooth_; }
+  /// How both bodies may move from this time on: the first outlook holds until a twist jumps, each
+  /// further one until later, but allows for more (MotionStretch). Null beyond the last one.
+  const PairInstant* outlook(std::size_t k) {
+    if (k == 0) return &now_;
+    return k <= further_count_ || add_outlook() ? &further_[k - 1].instant : nullptr;
+  }
+  /// An outlook seen from A, or from B.
+  const FacingMotion& facing_motion(bool from_a, std::size_t k = 0);
+
+  /// The longest of the safe steps in the outlooks. `step_in(outlook)` returns one; a step that ends
+  /// with its outlook may go on in the next.
+  template <typename StepIn>
+  Scalar longest_step(const StepIn& step_in) {
+    Scalar longest = step_in(now_);
+    Scalar last = longest;
+    for (std::size_t k = 1; longest < now_.remaining && last >= outlook(k - 1)->horizon; ++k) {
+      const PairInstant* const further = outlook(k);
+      if (!further) break;
+      last = step_in(*further);
+      longest = std::max(longest, last);
+    }
+    return longest;
+  }
 
   /// A box of B seen from A, or of A seen from B.
   FacingPiece facing_piece(bool from_a, std::int32_t box) const;
@@ -94,13 +122,19 @@ class MovingPair {
   bool is_closing(const PieceDistance& piece) const;
 
   /// How long two leaves, whose distance now is `piece`, stay more than `floor` apart.
-  SafeStep leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
-                     Scalar floor) const;
+  Scalar leaf_step(const PieceDistance& piece, std::int32_t leaf_a, std::int32_t leaf_b,
+                   Scalar floor);
 
  private:
   struct Facing {
     FacingMotion motion;
     bool is_current = false;
+  };
+  struct Outlook {
+    PairInstant instant;
+    Scalar end = 0;
+    Facing facing_a = {};
+    Facing facing_b = {};
   };
 
   /// The normal of a pair of leaves, turning with the features to which it is perpendicular.
@@ -108,8 +142,10 @@ class MovingPair {
                                      const LeafPiece& piece_b) const;
   Scalar rounding_allowance() const;
   void set_horizon();
-  bool is_steady() const;
-  void fill(FacingMotion& facing, const BodyInstant& body, const BodyInstant& other) const;
+  bool add_outlook();
+  void bound_accelerations(PairInstant& outlook, const TwistBound& a, const TwistBound& b) const;
+  static bool is_steady(const PairInstant& outlook);
+  void fill(FacingMotion& facing, const PairInstant& outlook, bool from_a) const;
 
   const TimeInterval interval_;
   MovingShape a_;
@@ -120,8 +156,11 @@ class MovingPair {
   Scalar largest_speed_ = 0;
   PairInstant now_;
   RigidPose X_AB_;
+  Scalar horizon_end_ = 0;  // of now_
   Facing facing_a_;
   Facing facing_b_;
+  std::vector<Outlook> further_;  // of which so many belong to this time
+  std::size_t further_count_ = 0;
 };
 
 }  // namespace dyop::toi_internal

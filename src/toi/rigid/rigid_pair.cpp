@@ -21,6 +21,31 @@ Scalar RigidPair::start_noise() const {
   return pose_noise(a().shape, X_WA, b().shape, X_WB);
 }
 
+// Of boxes whose steps end where a twist jumps: lengthens those that may go on.
+void RigidPair::step_further(BoxStepsKernel kernel, const GroupRows& rows, int first, int count,
+                             const FacingPiece& other, bool from_a, BoxSteps& steps) {
+  BoxSteps last = steps;
+  for (std::size_t k = 1;; ++k) {
+    const Scalar horizon = moving_.outlook(k - 1)->horizon;
+    bool may_go_on = false;
+    for (int i = first; i < first + count; ++i) {
+      may_go_on |= last.time[i] >= horizon && steps.time[i] < moving_.now().remaining;
+    }
+    if (!may_go_on || !moving_.outlook(k)) return;
+    kernel(rows, first, count, other, moving_.facing_motion(from_a, k), &last);
+    steps.is_far |= last.is_far;
+    for (int i = first; i < first + count; ++i) {
+      steps.time[i] = std::max(steps.time[i], last.time[i]);
+    }
+  }
+}
+
+Scalar RigidPair::step_of_balls() {
+  return moving_.longest_step([&](const PairInstant& outlook) {
+    return safe_time_of_balls(outlook, a().radius, b().radius, first_target_);
+  });
+}
+
 // Only balls about the origins survive turns: while their steps span more than a turn, they lead
 // the search.
 Scalar RigidPair::skip_turns() {
@@ -29,7 +54,7 @@ Scalar RigidPair::skip_turns() {
   const PairInstant& now = moving_.now();
   const Scalar turning = std::max(now.angular_speed_a, now.angular_speed_b);
   for (int k = 0; k < kSteps; ++k) {
-    const Scalar step = safe_time_of_balls(now, a().radius, b().radius, first_target_);
+    const Scalar step = step_of_balls();
     if (!(step * turning > kTurn)) break;
     if (step >= now.remaining) return kInfinity;
     if (!(time() + step > time())) break;
@@ -42,7 +67,7 @@ Scalar RigidPair::skip_turns() {
 Scalar RigidPair::first_time() {
   const Scalar begin = skip_turns();
   if (begin == kInfinity || !is_single_leaf_pair()) return begin;
-  const Scalar step = safe_time_of_balls(moving_.now(), a().radius, b().radius, first_target_);
+  const Scalar step = step_of_balls();
   return step > 0 && step >= moving_.now().remaining ? kInfinity : begin + step;
 }
 

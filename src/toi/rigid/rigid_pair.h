@@ -63,7 +63,7 @@ class RigidPair {
                         GjkSeed& seed) const {
     return piece_distance(a().tree, pair.a, b().tree, pair.b, moving_.X_AB(), noise, goal, seed);
   }
-  SafeStep leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) const {
+  Scalar leaf_step(const PieceDistance& piece, const QueuedPair& pair, Scalar least) {
     return moving_.leaf_step(piece, pair.a, pair.b, least);
   }
   Scalar closing_speed(const PieceDistance& piece, const QueuedPair& /*pair*/) const {
@@ -98,6 +98,9 @@ class RigidPair {
     return RigidPose::from_trusted(body.R_WB, body.p_WB);
   }
   Scalar skip_turns();
+  Scalar step_of_balls();
+  void step_further(BoxStepsKernel kernel, const GroupRows& rows, int first, int count,
+                    const FacingPiece& other, bool from_a, BoxSteps& steps);
 
   const BoxStepsKernels kernels_;
   MovingPair moving_;
@@ -114,6 +117,9 @@ int RigidPair::open(const QueuedPair& pair, const Push& push) {
   const FacingPiece other = moving_.facing_piece(opens_a, opens_a ? pair.b : pair.a);
   BoxSteps steps;
   kernels_.group(tree.rows(child), 0, count, other, moving_.facing_motion(opens_a), &steps);
+  if (!moving_.is_smooth()) {
+    step_further(kernels_.group, tree.rows(child), 0, count, other, opens_a, steps);
+  }
   for (int column = 0; column < count; ++column) {
     const std::int32_t part = ShapeTree::box_number(child, column);
     push(opens_a ? part : pair.a, opens_a ? pair.b : part, steps.time[column],
@@ -125,9 +131,11 @@ int RigidPair::open(const QueuedPair& pair, const Push& push) {
 template <typename Push>
 void RigidPair::advance(const QueuedPair& pair, const Push& push) {
   const int column = ShapeTree::column_of(pair.a);
+  const GroupRows& rows = a().tree.rows(pair.a / BoxGroup::kWidth);
+  const FacingPiece other = moving_.facing_piece(true, pair.b);
   BoxSteps steps;
-  kernels_.one(a().tree.rows(pair.a / BoxGroup::kWidth), column, 1,
-               moving_.facing_piece(true, pair.b), moving_.facing_motion(true), &steps);
+  kernels_.one(rows, column, 1, other, moving_.facing_motion(true), &steps);
+  if (!moving_.is_smooth()) step_further(kernels_.one, rows, column, 1, other, true, steps);
   push(steps.time[column], steps.is_far != 0);
 }
 
