@@ -31,6 +31,18 @@ mistake turning_speed_not_bounded src/motion/curve/chart_curve.cpp motion '*Cont
   '0.999 * largest_norm({theta_rate.data(), degree_})'
 mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
   'last == first ? 0 : kInfinity' '0'
+mistake window_begins_on_its_chord src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
+  '2 * round_up(window.linear_deviation' 'round_up(window.linear_deviation'
+mistake turns_between_knots_forgotten src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
+  '(turned + turns + way) / 2' '(turned + turns) / 2'
+mistake bow_of_a_piece_forgotten src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
+  '+ piece.bow' ''
+mistake arm_of_a_stretch_forgotten src/motion/composed_motion.cpp motion 'MotionStretch*' \
+  'outer->linear_deviation + outer->angular_deviation * arm' 'outer->linear_deviation'
+mistake stretch_without_its_deviation src/toi/rigid/moving_pair.cpp toi 'PoseLogImpact*' \
+  'instant.noise += follow(' 'instant.noise += 0 * follow('
+mistake straying_joints_forgotten src/chain/link_motion.cpp chain '*Stretch*' \
+  'strays * (turn.reach + slack)' '0'
 mistake turns_of_followers_forgotten src/chain/link_pairs.cpp chain 'LinkPairs*' \
   'if (all_are_back) return turns;' 'if (all_are_back) return 1;'
 mistake ray_step_not_supported src/distance/ray_cast.cpp distance 'RayCast*' \

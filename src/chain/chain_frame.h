@@ -121,9 +121,10 @@ inline JointPart joint_part(const JointPath& path, std::size_t coordinate, std::
 /// Bounds of a link's twist over a part of a path, as seen from the link above each of its joints:
 /// visit(count, bound) is called with 0, 1, ... joints between. Proof: docs/algorithms/chain.md.
 /// @param part_of The JointPart of a coordinate.
+/// @param slack   How much farther from a joint the link may be than the path allows.
 template <typename PartOf, typename Visit>
 void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise,
-                  const PartOf& part_of, const Visit& visit) {
+                  const PartOf& part_of, const Visit& visit, Scalar slack = 0) {
   const std::span<const LinkMotion::Turn> turns = link.turns();
   const Scalar up = 1 + kMotionNoise * static_cast<Scalar>(1 + turns.size());
   TwistBound seen;
@@ -148,7 +149,7 @@ void visit_bounds(const LinkMotion& link, const PartMiddle& middle, Scalar noise
       // How far the link's origin is from the axis, at most.
       const Scalar near_middle =
           norm_of(step.axis_P.cross(arm)) + middle.half * seen.linear_speed + noise;
-      const Scalar radius = std::min(turn.reach, near_middle);
+      const Scalar radius = std::min(turn.reach + slack, near_middle);
       seen.linear_acceleration += times(rate.acceleration, radius) +
                                   rate.speed * rate.speed * radius +
                                   2 * rate.speed * seen.linear_speed;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "chain/joint_chords.h"
 #include "core/tolerance.h"
 #include "dyop/core/error.h"
 #include "motion/curve/chart_curve.h"
@@ -91,6 +92,25 @@ JointPath::JointPath(std::vector<Scalar> times, std::span<const Eigen::MatrixXd>
       largest_values_[j] = std::max(largest_values_[j], largest_size(value, degree_ + 1));
     }
   }
+  if (controls.size() >= chain_internal::JointChords::kFewest) set_chords();
+}
+
+void JointPath::set_chords() {
+  const std::size_t count = times_.size() - 1;
+  std::vector<Scalar> values;
+  std::vector<Scalar> bows;
+  for (std::size_t piece = 0; piece < count; ++piece) {
+    const Scalar h = times_[piece + 1] - times_[piece];
+    for (std::size_t j = 0; j < coordinate_count_; ++j) {
+      values.push_back(row(piece, j)[0]);
+      bows.push_back(
+          round_up(piece_bounds_[piece * coordinate_count_ + j].acceleration * h * h / 8));
+    }
+  }
+  for (std::size_t j = 0; j < coordinate_count_; ++j) {
+    values.push_back(row(count - 1, j)[degree_]);
+  }
+  chords_ = std::make_shared<const chain_internal::JointChords>(times_, values, bows);
 }
 
 std::size_t JointPath::piece_at(Scalar t) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "chain/chain_frame.h"
+#include "chain/joint_chords.h"
 #include "dyop/core/error.h"
 
 namespace dyop {
@@ -133,6 +134,50 @@ Scalar LinkMotion::smooth_until(Scalar t) const {
   const std::span<const Scalar> times = path_->times();
   const auto next = std::upper_bound(times.begin(), times.end(), t);
   return next == times.end() ? kInfinity : *next;
+}
+
+// The link on a path with constant rates. Taking over one coordinate after another from it, each
+// moves the link by no more than its difference times the link's reach.
+std::optional<MotionStretch> LinkMotion::stretch(Scalar t, Scalar after) const {
+  const chain_internal::JointChords* const chords = path_->chords();
+  const std::size_t piece = path_->piece_at(t);
+  const auto window = chords ? chords->window(piece, after) : std::nullopt;
+  if (!window) return std::nullopt;
+  MotionStretch stretch;
+  stretch.end = window->end;
+  Scalar slack = 0;  // how much farther prismatic joints may go on that path
+  for (const Turn& turn : turns_) {
+    if (turn.step.type == JointType::Prismatic) slack += window->strays[turn.step.coordinate];
+  }
+  chain_internal::ChainFrame frame{X_WF_.rotation(), X_WF_.translation(), {}};
+  for (const Turn& turn : turns_) {
+    const std::size_t coordinate = turn.step.coordinate;
+    auto instant = chain_internal::joint_instant(*path_, coordinate, piece, t);
+    instant.rate = window->rates[coordinate];
+    chain_internal::advance(frame, turn.step, instant);
+    const bool is_prismatic = turn.step.type == JointType::Prismatic;
+    const Scalar strays = window->strays[coordinate];
+    stretch.linear_deviation += is_prismatic ? strays : strays * (turn.reach + slack);
+    stretch.angular_deviation += is_prismatic ? 0 : strays;
+  }
+  stretch.twist = chain_internal::link_state(frame, X_JL_).twist;
+  const chain_internal::PartMiddle middle({t, window->end});
+  const auto steady_part = [&](std::size_t coordinate) {
+    const Scalar rate = window->rates[coordinate];
+    const Scalar value = path_->sample(coordinate, piece, t).value + (middle.time - t) * rate;
+    return chain_internal::JointPart{{motion_internal::round_up(std::abs(rate)), 0},
+                                     {value, rate, std::cos(value), std::sin(value)}};
+  };
+  chain_internal::visit_bounds(
+      *this, middle, kPoseNoise * scale_.length, steady_part,
+      [&stretch](std::size_t, const TwistBound& seen) {
+        stretch.linear_acceleration = seen.linear_acceleration;
+        stretch.angular_acceleration = seen.angular_acceleration;
+      },
+      slack);
+  stretch.linear_deviation = motion_internal::round_up(stretch.linear_deviation);
+  stretch.angular_deviation = std::min(2.0, motion_internal::round_up(stretch.angular_deviation));
+  return stretch;
 }
 
 }  // namespace dyop

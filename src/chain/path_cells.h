@@ -73,6 +73,9 @@ class CellMotion final : public Motion {
   }
   TimeInterval domain() const override { return motion_.domain(); }
   Scalar smooth_until(Scalar t) const override { return motion_.smooth_until(t); }
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override {
+    return motion_.stretch(t, after);
+  }
   bool is_trusted() const override { return true; }
 
  private:

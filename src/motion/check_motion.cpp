@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -62,6 +63,8 @@ class MotionProbe {
   MaybeFault check_instant_or_refusal(Scalar t) const;
   MaybeFault check_bound(const TimeInterval& part) const;
   MaybeFault check_piece(Scalar t, Scalar next) const;
+  MaybeFault check_stretches(Scalar t) const;
+  MaybeFault check_stretch(const MotionStretch& stretch, Scalar t, Scalar s) const;
   MaybeFault check_between(Scalar t, Scalar next) const;
   struct Change {
     Scalar found;
@@ -322,11 +325,54 @@ MaybeFault MotionProbe::check_step(Scalar t, Scalar s) const {
   return check_half(kAngular, t, s, bound, turned, missed, rotation_noise_);
 }
 
+// After s, within the interval.
+MaybeFault MotionProbe::check_stretch(const MotionStretch& stretch, Scalar t, Scalar s) const {
+  const RigidPose X = motion_.pose(t);
+  const RigidPose Y = motion_.pose(t + s);
+  const Scalar exact = (t + s) - t;
+  const auto differs = [&](const char* word, Scalar found, Scalar allowed) -> MaybeFault {
+    if (!(found > allowed)) return std::nullopt;
+    return fault(MotionFault::StretchExceeded, t, found, allowed, "after ", exact, " the ", word,
+                 " differs from its stretch until ", stretch.end, " by ", found,
+                 ", but that and rounding allow ", allowed);
+  };
+  const Vector3 moved = Y.translation() - X.translation();
+  if (MaybeFault found = differs("position", (moved - exact * stretch.twist.v_WB).norm(),
+                                 stretch.linear_deviation + position_noise_ +
+                                     stretch.linear_acceleration * (exact * exact / 2))) {
+    return found;
+  }
+  const Matrix3 steady = rotation_from_vector(exact * stretch.twist.w_WB) * X.rotation();
+  return differs("rotation", (Y.rotation() - steady).colwise().norm().maxCoeff(),
+                 stretch.angular_deviation + rotation_noise_ +
+                     stretch.angular_acceleration * (exact * exact / 2));
+}
+
+MaybeFault MotionProbe::check_stretches(Scalar t) const {
+  constexpr int kMost = 64;  // more than a log of any length has
+  Scalar after = motion_.smooth_until(t);
+  for (int i = 0; i < kMost && after < interval_.end; ++i) {
+    const std::optional<MotionStretch> stretch = motion_.stretch(t, after);
+    if (!stretch) break;
+    if (!(stretch->end > after)) {
+      return fault(MotionFault::StretchExceeded, t, stretch->end, after,
+                   "a stretch must end after ", after, ", not at ", stretch->end);
+    }
+    after = stretch->end;
+    const Scalar s = std::min(after, interval_.end) - t;
+    for (const Scalar part : {s, s / 2}) {
+      if (MaybeFault found = check_stretch(*stretch, t, part)) return found;
+    }
+  }
+  return std::nullopt;
+}
+
 MaybeFault MotionProbe::check_between(Scalar t, Scalar next) const {
   if (MaybeFault found = check_bound({t, next})) return found;
   if (MaybeFault found = check_piece(t, next)) return found;
   if (MaybeFault found = check_displacement(true, t, next)) return found;
   if (MaybeFault found = check_displacement(false, t, next)) return found;
+  if (MaybeFault found = check_stretches(t)) return found;
   // literal: a little before the end of the piece, so that t + s, rounded, is not beyond it.
   const Scalar end = motion_.smooth_until(t);
   Scalar s = (std::min(end, next) - t) * (1 - 1e-9);

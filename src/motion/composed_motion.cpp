@@ -120,10 +120,9 @@ std::optional<MotionStretch> ComposedMotion::stretch(Scalar t, Scalar after) con
       .end = end,
       .twist = {outer->twist.v_WB + outer->twist.w_WB.cross(q_W) + R_WM * inner->twist.v_WB,
                 outer->twist.w_WB + R_WM * inner->twist.w_WB},
-      .linear_acceleration = round_up(outer->linear_acceleration +
-                                      (outer->angular_acceleration + turning * turning) * arm +
-                                      2 * turning * inner_speeds.linear_speed +
-                                      inner->linear_acceleration),
+      .linear_acceleration = round_up(
+          outer->linear_acceleration + (outer->angular_acceleration + turning * turning) * arm +
+          2 * turning * inner_speeds.linear_speed + inner->linear_acceleration),
       .angular_acceleration =
           round_up(outer->angular_acceleration + turning * inner_speeds.angular_speed +
                    inner->angular_acceleration),

@@ -57,8 +57,8 @@ SampledMotion::SampledMotion(std::vector<Sample> given) : samples_(std::move(giv
   for (std::size_t i = 0; i < count; ++i) {
     chords.push_back({samples[i].X_WB, 0, pieces_[i].twist_WB.w_WB, 0});
   }
-  chords_ = std::make_shared<const motion_internal::ChordTree>(stamps_, chords,
-                                                               samples.back().X_WB, pose_scale_);
+  chords_ = std::make_shared<const motion_internal::ChordTree>(stamps_, chords, samples.back().X_WB,
+                                                               pose_scale_);
 }
 
 // The piece valid from t on; the first one before the domain, the last one at its end.

@@ -7,6 +7,7 @@
 
 #include "dyop/core/error.h"
 #include "motion/motion_contract.h"
+#include "motion/stretch_check.h"
 #include "support/inputs/arms.h"
 #include "support/message_of.h"
 #include "support/oracles/chain_oracle.h"
@@ -176,6 +177,39 @@ TEST(LinkMotion, NamesWhatIsWrong) {
   contains(message_of<Wrong>([&] { LinkMotion(chain, other, 1); }), "5 coordinates, the chain 6");
   contains(message_of<Wrong>([&] { LinkMotion(chain, path, 2, 4); }),
            "'wrist_1' is not on the path");
+}
+
+// Paths of many waypoints that are smooth, jump or repeat themselves; links in the world and as seen
+// from another.
+TEST(LinkMotionStretch, HoldsAcrossManyWaypoints) {
+  Random random(28);
+  std::mt19937_64 engine(28);
+  for (int i = 0; i < 40; ++i) {
+    SCOPED_TRACE(::testing::Message() << "path " << i);
+    const Scales scales{i % 2 == 0 ? 1 : 1e-4, i % 3 == 0 ? 1e4 : 1, i % 4 == 0 ? 0.01 : 1,
+                        i % 5 == 0 ? TimeInterval{300, 301} : TimeInterval{0, 1e-3}};
+    const auto chain = random_arm(random, scales);
+    const int count = i % 2 == 0 ? 10 : 130;
+    std::vector<JointVector> points = random_waypoints(random, *chain, scales, count);
+    std::vector<Scalar> times;
+    for (int k = 0; k < count; ++k) {
+      const std::size_t n = std::size_t(k);
+      const Scalar share = Scalar(k) / (count - 1);
+      if (i % 3 != 0 && k > 0) points[n] = points[n - 1] + points[n] / count;
+      if (k % 7 == 3) points[n] = points[n - 1];
+      // literal: two waypoints almost at once.
+      times.push_back(scales.span.begin +
+                      scales.time() * (k % 11 == 5 ? share - 0.99 / count : share));
+    }
+    const std::size_t last = chain->links().size() - 1;
+    for (const JointPath& given :
+         {JointPath::linear(times, points), JointPath::cubic(times, points)}) {
+      const auto path = std::make_shared<JointPath>(given);
+      expect_stretches(LinkMotion(chain, path, last), times, engine);
+      if (last > 1) expect_stretches(LinkMotion(chain, path, last, 1), times, engine);
+      if (HasFailure()) return;
+    }
+  }
 }
 
 }  // namespace

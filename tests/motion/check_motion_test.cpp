@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "dyop/core/error.h"
 #include "dyop/motion/motion.h"
 #include "dyop/motion/sampled_motion.h"
 #include "dyop/motion/steady_motions.h"
+#include "support/inputs/pose_logs.h"
 #include "support/message_of.h"
 
 namespace dyop::testing {
@@ -255,6 +257,43 @@ TEST(CheckMotion, ChecksDerivedMotionsToo) {
                0, "angular acceleration -1");
   expect_fault(check_motion(Liar(Liar::Lie::EarlySmoothUntil), kSpan), MotionFault::SmoothUntil, 1,
                kBetweenSamples, "smooth_until()");
+}
+
+// Says of a circle in sixteen chords that it strays less from a line than it does.
+class Straightened final : public Motion {
+ public:
+  enum class Lie { Position, Rotation, End };
+  explicit Straightened(Lie lie) : lie_(lie) {}
+  RigidPose pose(Scalar t) const override { return log_.pose(t); }
+  Twist twist(Scalar t) const override { return log_.twist(t); }
+  TwistBound twist_bound(const TimeInterval& interval) const override {
+    return log_.twist_bound(interval);
+  }
+  TimeInterval domain() const override { return log_.domain(); }
+  Scalar smooth_until(Scalar t) const override { return log_.smooth_until(t); }
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override {
+    std::optional<MotionStretch> stretch = log_.stretch(t, after);
+    if (!stretch) return stretch;
+    if (lie_ == Lie::Position) stretch->linear_deviation /= 4;
+    if (lie_ == Lie::Rotation) stretch->twist.w_WB *= 1.001;
+    if (lie_ == Lie::End) stretch->end = after;
+    return stretch;
+  }
+
+ private:
+  Lie lie_;
+  SampledMotion log_{smooth_log(17, 1, 2, 0, 4)};
+};
+
+TEST(CheckMotion, ChecksStretches) {
+  const TimeInterval span{0, 4};
+  EXPECT_TRUE(check_motion(SampledMotion(smooth_log(17, 1, 2, 0, 4)), span).is_sound());
+  expect_fault(check_motion(Straightened(Straightened::Lie::Position), span),
+               MotionFault::StretchExceeded, 0, kBetweenSamples, "the position differs");
+  expect_fault(check_motion(Straightened(Straightened::Lie::Rotation), span),
+               MotionFault::StretchExceeded, 0, kBetweenSamples, "the rotation differs");
+  expect_fault(check_motion(Straightened(Straightened::Lie::End), span),
+               MotionFault::StretchExceeded, 0, kBetweenSamples, "must end after");
 }
 
 TEST(CheckMotion, RefusesWhatItCannotSample) {

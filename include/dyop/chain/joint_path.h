@@ -2,11 +2,16 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "dyop/core/time_interval.h"
 #include "dyop/core/types.h"
+
+namespace dyop::chain_internal {
+class JointChords;
+}
 
 namespace DYOP_EXPORT dyop {
 
@@ -86,9 +91,12 @@ class JointPath {
   Bound bound(std::size_t coordinate, const TimeInterval& part) const;
   /// Largest size of a coordinate over the domain, rounded up.
   Scalar largest_value(std::size_t coordinate) const { return largest_values_[coordinate]; }
+  /// For inner loops: across many pieces at once; null if there are few.
+  const chain_internal::JointChords* chords() const { return chords_.get(); }
 
  private:
   JointPath(std::vector<Scalar> times, std::span<const Eigen::MatrixXd> controls);
+  void set_chords();
 
   // By piece and coordinate: `degree + 1` values, `degree` rates, `degree - 1` accelerations.
   std::size_t stride() const { return 3 * degree_; }
@@ -103,6 +111,7 @@ class JointPath {
   std::vector<Scalar> coefficients_;  // Bernstein coefficients, see row()
   std::vector<Bound> piece_bounds_;   // by piece, then by coordinate
   std::vector<Scalar> largest_values_;
+  std::shared_ptr<const chain_internal::JointChords> chords_;
 };
 
 }  // namespace dyop

@@ -43,6 +43,8 @@ class LinkMotion final : public Motion {
   PoseScale pose_scale(const TimeInterval& interval) const override;
   TimeInterval domain() const override { return path_->domain(); }
   Scalar smooth_until(Scalar t) const override;
+  /// With the mean rates of all coordinates over 2, 4, 8, ... pieces of the path.
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override;
   bool is_trusted() const override { return true; }
 
   /// As given; without a base the motion is in the world.

@@ -23,6 +23,7 @@ enum class MotionFault {
   TwistNotDerivative,      ///< the twist is not the derivative of the pose
   SpeedAboveBound,         ///< a twist larger than twist_bound
   AccelerationAboveBound,  ///< a twist that changes faster than twist_bound
+  StretchExceeded,         ///< a pose that strays farther than stretch() allows
 };
 
 struct MotionCheckOptions {

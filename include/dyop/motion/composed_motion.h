@@ -47,7 +47,7 @@ class ComposedMotion final : public Motion {
 namespace dyop::motion_internal {
 class ChordTree;
 class SpeedTree;
-}
+}  // namespace dyop::motion_internal
 
 namespace DYOP_EXPORT dyop {
 

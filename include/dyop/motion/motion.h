@@ -38,11 +38,11 @@ struct PoseScale {
 /// away by at most angular_deviation * r. Bounds are rounded up, but for the rounding of poses.
 struct MotionStretch {
   Scalar end = 0;
-  Twist twist;                      ///< of the close motion at t
-  Scalar linear_acceleration = 0;   ///< bounds on how its twist changes on [t, end]
+  Twist twist;                     ///< of the close motion at t
+  Scalar linear_acceleration = 0;  ///< bounds on how its twist changes on [t, end]
   Scalar angular_acceleration = 0;
-  Scalar linear_deviation = 0;      ///< length
-  Scalar angular_deviation = 0;     ///< at most 2
+  Scalar linear_deviation = 0;   ///< length
+  Scalar angular_deviation = 0;  ///< at most 2
 };
 
 /// Pose and velocity of a body at one time.

@@ -14,7 +14,7 @@
 namespace dyop::motion_internal {
 class ChordTree;
 class SpeedTree;
-}
+}  // namespace dyop::motion_internal
 
 namespace DYOP_EXPORT dyop {
 

@@ -53,8 +53,7 @@ ChordTree::Window ChordTree::window(const Input& input, std::size_t first, std::
     const Piece& piece = input.pieces[i];
     const RigidPose& next = input.pose(i + 1);
     const Scalar tau = input.times[i + 1] - input.times[first];
-    const Scalar strays =
-        norm_of(next.translation() - (begin.translation() + tau * window.v_WB));
+    const Scalar strays = norm_of(next.translation() - (begin.translation() + tau * window.v_WB));
     const Scalar turns = turned_away(next.rotation(), R_WB.at(tau));
     const Scalar way = (input.times[i + 1] - input.times[i]) *
                        (norm_of(piece.w_WB - window.w_WB) + piece.turn_spread);
@@ -111,10 +110,10 @@ std::optional<MotionStretch> ChordTree::stretch(std::size_t piece, Scalar after)
 ChordTree::Piece chord_piece(const RigidPose& X_WB, const Vector3& w_WB_middle,
                              const TwistBound& bound, Scalar h) {
   const Scalar turning = norm_of(w_WB_middle);
-  const Scalar bow = std::min(times(bound.linear_acceleration, h * h / 8),
-                              times(bound.linear_speed, h));
-  const Scalar spread = std::min(times(bound.angular_acceleration, h / 2),
-                                 bound.angular_speed + turning);
+  const Scalar bow =
+      std::min(times(bound.linear_acceleration, h * h / 8), times(bound.linear_speed, h));
+  const Scalar spread =
+      std::min(times(bound.angular_acceleration, h / 2), bound.angular_speed + turning);
   return {X_WB, round_up(bow), w_WB_middle, round_up(spread) + kMotionNoise * turning};
 }
 

@@ -18,10 +18,10 @@ class ChordTree {
  public:
   /// From one knot to the next.
   struct Piece {
-    RigidPose X_WB;           ///< at its start
-    Scalar bow = 0;           ///< how far the origin strays from its chord
-    Vector3 w_WB;             ///< an angular velocity near those in the piece
-    Scalar turn_spread = 0;   ///< how far those differ from it
+    RigidPose X_WB;          ///< at its start
+    Scalar bow = 0;          ///< how far the origin strays from its chord
+    Vector3 w_WB;            ///< an angular velocity near those in the piece
+    Scalar turn_spread = 0;  ///< how far those differ from it
   };
 
   /// Fewer pieces are passed one by one.

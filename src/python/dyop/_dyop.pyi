@@ -2041,6 +2041,7 @@ class MotionFault(metaclass=_EnumType):
     TwistNotDerivative: ClassVar[MotionFault]
     SpeedAboveBound: ClassVar[MotionFault]
     AccelerationAboveBound: ClassVar[MotionFault]
+    StretchExceeded: ClassVar[MotionFault]
 class MotionSegment:
     _fields: ClassVar[Tuple[str, ...]]
     def __init__(self, *, kind: SegmentKind = ..., interval: _IntervalLike = ..., numbers: Sequence[float] = ..., given: str = ..., motion: Optional[Motion] = ...) -> None: ...

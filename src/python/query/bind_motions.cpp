@@ -307,7 +307,8 @@ void bind_check(py::module_& m) {
       .value("Jump", MotionFault::Jump)
       .value("TwistNotDerivative", MotionFault::TwistNotDerivative)
       .value("SpeedAboveBound", MotionFault::SpeedAboveBound)
-      .value("AccelerationAboveBound", MotionFault::AccelerationAboveBound);
+      .value("AccelerationAboveBound", MotionFault::AccelerationAboveBound)
+      .value("StretchExceeded", MotionFault::StretchExceeded);
   Record<MotionCheck>(m, "MotionCheck", "Result of check_motion().")
       .field<&MotionCheck::fault>("fault", "Optional[MotionFault]: None: nothing wrong was found")
       .field<&MotionCheck::t>("t", "float: when")

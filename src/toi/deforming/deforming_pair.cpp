@@ -29,8 +29,7 @@ template <typename SideB>
 Scalar DeformingPair<SideB>::leaf_step(const PieceDistance& piece, const QueuedPair& pair,
                                        Scalar least) const {
   const Vector3& n_W = piece.nhat_AB;
-  return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W),
-                   least)
+  return safe_step(pair, a_.triangle_support(pair.a, n_W), b_.triangle_support(pair.b, -n_W), least)
       .time;
 }
 

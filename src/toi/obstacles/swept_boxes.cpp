@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/tolerance.h"
 #include "toi/rigid/motion_bounds.h"
@@ -13,6 +14,27 @@ namespace {
 // NaN, as from infinite bounds, proves nothing.
 Scalar reach_of(Scalar x) {
   return x >= 0 ? x : kInfinity;
+}
+
+// A stretch over a part in which the twist jumps.
+std::optional<MotionStretch> stretch_over(const Motion& motion, const TimeInterval& part) {
+  const Scalar end = motion.smooth_until(part.begin);
+  if (end >= part.end) return std::nullopt;
+  return motion.stretch(part.begin, std::max(end, std::nextafter(part.end, -kInfinity)));
+}
+
+// How far the origin of a body may be along an axis from where it is in the middle of a stretch: the
+// deviation may be to one side there and to the other later, and the twist have changed by twice
+// what it does in half the time.
+Scalar travel_in(const MotionStretch& stretch, Scalar half, int axis) {
+  return reach_of(half * std::abs(stretch.twist.v_WB[axis]) +
+                  2 * half * half * stretch.linear_acceleration + 2 * stretch.linear_deviation);
+}
+
+// The same for the turn of a point at a distance of one from the origin.
+Scalar turning_in(const MotionStretch& stretch, Scalar half) {
+  return reach_of(half * stretch.twist.w_WB.norm() +
+                  2 * half * half * stretch.angular_acceleration + 2 * stretch.angular_deviation);
 }
 
 AlignedBox posed_box(const Shape& shape, const RigidPose& X_WS, const Vector3& margin) {
@@ -44,12 +66,15 @@ AlignedBox swept_box(const Shape& shape, const Motion& motion, const TimeInterva
   const MotionState state = motion.state(middle);
   Vector3 travel = Vector3::Constant(noise);
   if (half > 0) {
-    const Scalar turning = reach_of(half * (bound.angular_speed * radius));
+    const std::optional<MotionStretch> stretch = stretch_over(motion, part);
+    Scalar turning = reach_of(half * (bound.angular_speed * radius));
+    if (stretch) turning = std::min(turning, turning_in(*stretch, half) * radius);
     for (int i = 0; i < 3; ++i) {
       const Scalar by_speed = reach_of(half * bound.linear_speed);
       const Scalar by_velocity = reach_of(half * std::abs(state.twist.v_WB[i]) +
                                           half * half / 2 * bound.linear_acceleration);
-      travel[i] += turning + std::min(by_speed, by_velocity);
+      const Scalar by_stretch = stretch ? travel_in(*stretch, half, i) : kInfinity;
+      travel[i] += turning + std::min({by_speed, by_velocity, by_stretch});
     }
   }
   return posed_box(shape, state.X_WB, travel);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/tolerance.h"
+#include "motion/curve/chart_curve.h"
 
 namespace dyop::toi_internal {
 namespace {
@@ -76,7 +77,7 @@ Scalar follow(BodyInstant& now, const MovingShape& body, const MotionStretch& st
   now.v_WB = stretch.twist.v_WB;
   if (body.is_ball) return stretch.linear_deviation;
   now.w_WB = stretch.twist.w_WB;
-  return stretch.linear_deviation + times(stretch.angular_deviation, body.radius);
+  return stretch.linear_deviation + motion_internal::times(stretch.angular_deviation, body.radius);
 }
 
 // The accelerations of a stretch that begins at t, until a time that is not after its end.
