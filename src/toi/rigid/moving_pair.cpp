@@ -145,16 +145,24 @@ void MovingPair::bound_accelerations(PairInstant& outlook, const TwistBound& a,
   outlook.angular_acceleration_b = b_.is_ball ? 0 : b.angular_acceleration;
 }
 
-// The next outlook, if the motions know one that ends later.
-bool MovingPair::add_outlook() {
-  const Scalar after = further_count_ > 0 ? further_[further_count_ - 1].end : horizon_end_;
-  if (is_smooth_ || after >= interval_.end) return false;
+std::size_t MovingPair::outlook_beyond(std::size_t k, Scalar step) {
+  const Scalar after = std::max(time_ + step, k == 0 ? horizon_end_ : further_[k - 1].end);
+  if (is_smooth_ || after >= interval_.end) return 0;
+  // The shortest stretch that ends after a time is the shortest for later ones too, until it ends.
+  for (std::size_t i = 0; i < further_count_; ++i) {
+    if (further_[i].after <= after && after < further_[i].end) return i + 1;
+  }
+  return add_outlook(after) ? further_count_ : 0;
+}
+
+bool MovingPair::add_outlook(Scalar after) {
   const auto stretch_a = stretch_beyond(a_, now_.a, time_, after);
   if (!stretch_a) return false;
   const auto stretch_b = stretch_beyond(b_, now_.b, time_, after);
   if (!stretch_b) return false;
   if (further_count_ == further_.size()) further_.emplace_back();
   Outlook& outlook = further_[further_count_];
+  outlook.after = after;
   outlook.end = std::min({interval_.end, stretch_a->end, stretch_b->end});
   if (!(outlook.end > after)) return false;
   outlook.facing_a.is_current = false;

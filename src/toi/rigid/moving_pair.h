@@ -88,26 +88,25 @@ class MovingPair {
 
   /// Whether no twist jumps in the interval.
   bool is_smooth() const { return is_smooth_; }
-  /// How both bodies may move from this time on: the first outlook holds until a twist jumps, each
-  /// further one until later, but allows for more (MotionStretch). Null beyond the last one.
-  const PairInstant* outlook(std::size_t k) {
-    if (k == 0) return &now_;
-    return k <= further_count_ || add_outlook() ? &further_[k - 1].instant : nullptr;
+  /// How both bodies may move from this time on: outlook 0 holds until a twist jumps, the others
+  /// until later, but allow for more (MotionStretch).
+  const PairInstant& outlook(std::size_t k) const {
+    return k == 0 ? now_ : further_[k - 1].instant;
   }
+  /// An outlook that holds longer than outlook k and longer than `step`; 0 if none is known.
+  std::size_t outlook_beyond(std::size_t k, Scalar step);
   /// An outlook seen from A, or from B.
   const FacingMotion& facing_motion(bool from_a, std::size_t k = 0);
 
-  /// The longest of the safe steps in the outlooks. `step_in(outlook)` returns one; a step that ends
-  /// with its outlook may go on in the next.
+  /// The longest of the safe steps in the outlooks. `step_in(outlook)` returns one; a step that
+  /// lasts as long as its outlook may go on in the next.
   template <typename StepIn>
   Scalar longest_step(const StepIn& step_in) {
     Scalar longest = step_in(now_);
-    Scalar last = longest;
-    for (std::size_t k = 1; longest < now_.remaining && last >= outlook(k - 1)->horizon; ++k) {
-      const PairInstant* const further = outlook(k);
-      if (!further) break;
-      last = step_in(*further);
-      longest = std::max(longest, last);
+    for (std::size_t k = 0; longest >= outlook(k).horizon && longest < now_.remaining;) {
+      k = outlook_beyond(k, longest);
+      if (k == 0) break;
+      longest = std::max(longest, step_in(outlook(k)));
     }
     return longest;
   }
@@ -132,6 +131,7 @@ class MovingPair {
   };
   struct Outlook {
     PairInstant instant;
+    Scalar after = 0;  // ends after this time
     Scalar end = 0;
     Facing facing_a = {};
     Facing facing_b = {};
@@ -142,7 +142,7 @@ class MovingPair {
                                      const LeafPiece& piece_b) const;
   Scalar rounding_allowance() const;
   void set_horizon();
-  bool add_outlook();
+  bool add_outlook(Scalar after);
   void bound_accelerations(PairInstant& outlook, const TwistBound& a, const TwistBound& b) const;
   static bool is_steady(const PairInstant& outlook);
   void fill(FacingMotion& facing, const PairInstant& outlook, bool from_a) const;

@@ -21,21 +21,24 @@ Scalar RigidPair::start_noise() const {
   return pose_noise(a().shape, X_WA, b().shape, X_WB);
 }
 
-// Of boxes whose steps end where a twist jumps: lengthens those that may go on.
+// Lengthens the steps of boxes that last as long as the outlook.
 void RigidPair::step_further(BoxStepsKernel kernel, const GroupRows& rows, int first, int count,
                              const FacingPiece& other, bool from_a, BoxSteps& steps) {
-  BoxSteps last = steps;
-  for (std::size_t k = 1;; ++k) {
-    const Scalar horizon = moving_.outlook(k - 1)->horizon;
-    bool may_go_on = false;
+  for (std::size_t k = 0;;) {
+    const PairInstant& outlook = moving_.outlook(k);
+    Scalar shortest = kInfinity;
     for (int i = first; i < first + count; ++i) {
-      may_go_on |= last.time[i] >= horizon && steps.time[i] < moving_.now().remaining;
+      const bool may_go_on = steps.time[i] >= outlook.horizon && steps.time[i] < outlook.remaining;
+      if (may_go_on) shortest = std::min(shortest, steps.time[i]);
     }
-    if (!may_go_on || !moving_.outlook(k)) return;
-    kernel(rows, first, count, other, moving_.facing_motion(from_a, k), &last);
-    steps.is_far |= last.is_far;
+    if (shortest == kInfinity) return;
+    k = moving_.outlook_beyond(k, shortest);
+    if (k == 0) return;
+    BoxSteps further;
+    kernel(rows, first, count, other, moving_.facing_motion(from_a, k), &further);
+    steps.is_far |= further.is_far;
     for (int i = first; i < first + count; ++i) {
-      steps.time[i] = std::max(steps.time[i], last.time[i]);
+      steps.time[i] = std::max(steps.time[i], further.time[i]);
     }
   }
 }
