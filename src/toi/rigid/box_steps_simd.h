@@ -285,8 +285,8 @@ DYOP_INLINE void box_steps(const GroupRows& rows, int first, const float (*axes)
                    L(motion.other_turning_sq) * sqrt(dot(k_other, k_other)) * L(other.radius)) *
                   L(1 + 0x1p-48);
     time = coupled_step(gap_at, motion, bounds, other, gap);
-    // Speeds and balls can win only where the direction has turned too far to mean anything.
-    // or what it was to do next is unknown.
+    // Speeds and balls can win only where the direction has turned too far to mean anything, or
+    // where what comes after the horizon is unknown.
     const L turned_by = time * L(motion.largest_turning);
     const L known = L(motion.horizon < motion.remaining ? motion.horizon : __builtin_inf());
     const auto is_directionless = (gap > L(0.0)) & ((turned_by > L(kDirectionlessTurn)) |
