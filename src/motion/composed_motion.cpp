@@ -85,7 +85,7 @@ std::optional<MotionStretch> stretch_of(const Motion& motion, Scalar t, Scalar a
   return motion.stretch(t, after);
 }
 
-// Ends it earlier. Returns the largest speeds of the close motion until then.
+// Ends it earlier. Returns the largest speeds of the motion nearby until then.
 TwistBound shorten(MotionStretch& stretch, const Motion& motion, Scalar t, Scalar end) {
   stretch.end = end;
   if (motion.smooth_until(t) >= end) {

@@ -51,6 +51,20 @@ def test_samples_and_sequences(all_motions):
     assert sequence.parts[0][1].pose(0.25) == sequence.pose(0.25)
 
 
+def test_a_long_log_passes_at_a_distance_in_few_steps():
+    count = 10_000
+    s = np.linspace(0, 1, count)
+    still = np.tile([1.0, 0, 0, 0], (count, 1))
+    places = np.stack([4 * s - 2, 1.2 + 0 * s, 0 * s], axis=1)
+    places += 1e-4 * np.random.default_rng(1).standard_normal(places.shape)
+    log = dyop.SampledMotion(s, (still, places))
+    plate = dyop.height_field(np.zeros((30, 30)), (0.03, 0.03))
+    result = dyop.time_of_impact(plate, log, plate, dyop.RestMotion(), (0, 1))
+    assert result.status == dyop.ToiStatus.Separated
+    assert result.statistics.node_pairs < 1000
+    assert dyop.check_motion(log, (0, 1), sample_count=50).fault is None
+
+
 def test_composition_multiplies_poses(all_motions):
     composed = next(m for m in all_motions if isinstance(m, dyop.ComposedMotion))
     product = composed.outer().pose(0.3) * composed.inner().pose(0.3)

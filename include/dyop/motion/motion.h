@@ -33,12 +33,12 @@ struct PoseScale {
 };
 
 /// How a motion goes on from a time t to a later time `end`, whatever its twist does in between. It
-/// keeps close to a motion with a Lipschitz twist that has the same pose at t: origins are never
-/// farther apart than linear_deviation, and a point at a distance r from the body's origin is turned
-/// away by at most angular_deviation * r. Bounds are rounded up, but for the rounding of poses.
+/// stays near a motion with a Lipschitz twist that has the same pose at t: the origins are never
+/// farther apart than linear_deviation, and points at a distance r from the origin are turned away
+/// by at most angular_deviation * r more. Bounds are rounded up; rounding of poses comes on top.
 struct MotionStretch {
   Scalar end = 0;
-  Twist twist;                     ///< of the close motion at t
+  Twist twist = {};                ///< of the motion nearby, at t
   Scalar linear_acceleration = 0;  ///< bounds on how its twist changes on [t, end]
   Scalar angular_acceleration = 0;
   Scalar linear_deviation = 0;   ///< length

@@ -22,18 +22,6 @@ Scalar turned_away(const Matrix3& x, const Matrix3& y) {
 
 }  // namespace
 
-struct ChordTree::Input {
-  std::span<const Scalar> times;
-  std::span<const Piece> pieces;
-  const RigidPose& last;
-  PoseScale scale;
-  std::vector<Vector3> turns;  // from the first knot to each, the pieces' turns added up
-
-  const RigidPose& pose(std::size_t knot) const {
-    return knot < pieces.size() ? pieces[knot].X_WB : last;
-  }
-};
-
 // Of pieces first to last - 1. Between two knots the origin strays from the window's chord as a
 // straight line does, plus the bow; two turns move apart no faster than their rates differ, from
 // either knot.

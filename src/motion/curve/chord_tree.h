@@ -44,7 +44,17 @@ class ChordTree {
     Scalar linear_deviation = 0;
     Scalar angular_deviation = 0;
   };
-  struct Input;
+  struct Input {
+    std::span<const Scalar> times;
+    std::span<const Piece> pieces;
+    const RigidPose& last;
+    PoseScale scale;
+    std::vector<Vector3> turns;  // from the first knot to each, the pieces' turns added up
+
+    const RigidPose& pose(std::size_t knot) const {
+      return knot < pieces.size() ? pieces[knot].X_WB : last;
+    }
+  };
   static Window window(const Input& input, std::size_t first, std::size_t last);
 
   std::vector<std::vector<Window>> levels_;  // of 2, 4, 8, ... pieces

@@ -23,9 +23,9 @@ std::optional<MotionStretch> stretch_over(const Motion& motion, const TimeInterv
   return motion.stretch(part.begin, std::max(end, std::nextafter(part.end, -kInfinity)));
 }
 
-// How far the origin of a body may be along an axis from where it is in the middle of a stretch: the
-// deviation may be to one side there and to the other later, and the twist have changed by twice
-// what it does in half the time.
+// How far the origin of a body may be along an axis from where it is in the middle of a stretch. The
+// deviation may be to one side there and to the other later, and the twist may change during twice
+// the time.
 Scalar travel_in(const MotionStretch& stretch, Scalar half, int axis) {
   return reach_of(half * std::abs(stretch.twist.v_WB[axis]) +
                   2 * half * half * stretch.linear_acceleration + 2 * stretch.linear_deviation);
