@@ -34,7 +34,7 @@ mistake jump_of_the_twist_forgotten src/motion/sampled_motion.cpp motion '*' \
 mistake window_begins_on_its_chord src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
   '2 * round_up(window.linear_deviation' 'round_up(window.linear_deviation'
 mistake turns_between_knots_forgotten src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
-  '(turned + turns + way) / 2' '(turned + turns) / 2'
+  '(turned + turns + way) / 2' '(turned + turns + 0 * way) / 2'
 mistake bow_of_a_piece_forgotten src/motion/curve/chord_tree.cpp motion 'MotionStretch*' \
   '+ piece.bow' ''
 mistake arm_of_a_stretch_forgotten src/motion/composed_motion.cpp motion 'MotionStretch*' \

@@ -116,6 +116,24 @@ TEST(MotionStretch, HoldsForComposedMotions) {
   }
 }
 
+// Motions that are at the same pose at every knot, but not in between.
+TEST(MotionStretch, HoldsBetweenKnots) {
+  std::mt19937_64 random(31);
+  const Vector3 out(0.3, -0.2, 0.1);
+  for (const bool is_turn : {false, true}) {
+    std::vector<SequenceMotion::Part> parts;
+    PoseLog log;
+    for (int i = 0; i < 16; ++i) {
+      const TimeInterval interval{Scalar(i), Scalar(i + 1)};
+      const std::vector<ControlPoint> points{
+          {}, {is_turn ? Vector3::Zero() : out, is_turn ? out : Vector3::Zero()}, {}};
+      parts.push_back({interval, std::make_shared<BezierMotion>(interval, RigidPose(), points)});
+      log.push_back({Scalar(i), RigidPose()});
+    }
+    expect_log(SequenceMotion(std::move(parts)), log, random);
+  }
+}
+
 // Once around a circle of radius one in unit time: a chord over h sags by (2 pi)^2 h^2 / 8.
 TEST(MotionStretch, StraysLittleFromSmoothLogs) {
   const PoseLog log = smooth_log(4097, 1, 3);

@@ -58,9 +58,9 @@ TEST(PoseLogImpact, KeepsItsPromisesAndAgreesWithTheSearchStampByStamp) {
   const TriangleMesh* const shapes[] = {&ball, &ring, &brick};
   int impacts = 0;
   int misses = 0;
-  for (int i = 0; i < 60; ++i) {
+  for (int i = 0; i < 30; ++i) {
     SCOPED_TRACE(::testing::Message() << "query " << i);
-    const std::size_t count = i % 2 == 0 ? 60 : 700;
+    const std::size_t count = i % 2 == 0 ? 60 : 250;
     PoseLog log = smooth_log(count, random_number(0.9, 1.8, random), random_number(0, 9, random), 0,
                              1, random_vector(0.4, random));
     if (i % 3 == 0) log = noisy(std::move(log), 1e-4, 1e-4, random);
@@ -99,8 +99,8 @@ TEST(PoseLogImpact, KeepsItsPromisesAndAgreesWithTheSearchStampByStamp) {
     impacts += result.status == ToiStatus::Impact;
     misses += result.status == ToiStatus::Separated;
   }
-  EXPECT_GT(impacts, 10);
-  EXPECT_GT(misses, 10);
+  EXPECT_GT(impacts, 5);
+  EXPECT_GT(misses, 5);
 }
 
 TEST(PoseLogImpact, AgreesForConvexShapes) {
