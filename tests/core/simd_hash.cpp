@@ -91,7 +91,7 @@ struct BoxCase {
   FacingPiece piece{};
   int count;
 
-  BoxCase(Random& random, double size) : group{rows, 4 * size} {
+  BoxCase(Random& random, double size) : group{rows, 4 * size, {}} {
     for (int n = 0; n < kGroupWidth; ++n) {
       double axes[3][3];
       random_axes(random, axes);
