@@ -309,7 +309,7 @@ typedef struct dyop_toi_options {
   uint8_t solid_a, solid_b;
   uint8_t reserved[2];
   double target_distance;
-  double distance_tolerance; /* 0: the default, a millionth of the smaller bounding radius */
+  double distance_tolerance; /* 0: a millionth of the smaller shape's size */
   int64_t max_node_pairs;
 } dyop_toi_options;
 

@@ -41,7 +41,7 @@ inline constexpr Scalar kPoseNoise = 64 * kUnitRoundoff;
 /// Smaller: bounds may fail. Used by time_of_impact and, for boxes, by distance.
 inline constexpr Scalar kStepNoise = 512 * kUnitRoundoff;
 
-/// Default tolerance of an impact, relative to the smaller bounding radius. Larger: looser
+/// Default tolerance of an impact, relative to the size of the smaller shape. Larger: looser
 /// impacts; smaller: closer to rounding far from the origin. Used by
 /// default_distance_tolerance().
 inline constexpr Scalar kDefaultRelativeTolerance = 1e-6;

@@ -152,10 +152,6 @@ PoseScale require_meeting(const SequenceMotion::Part& x, const SequenceMotion::P
   return {jump / kPoseNoise, turn / kPoseNoise};
 }
 
-}  // namespace
-
-namespace {
-
 std::shared_ptr<const motion_internal::ChordTree> make_chords(
     std::span<const SequenceMotion::Part> parts, const PoseScale& scale) {
   std::vector<Scalar> times;

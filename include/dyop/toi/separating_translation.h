@@ -14,7 +14,7 @@ struct SeparationOptions {
   /// twice as long and find a shorter way where shapes are intricate.
   int directions = 48;
   /// How much longer the translation may be than the shortest one along its direction; length, > 0.
-  /// Default: a millionth of the smaller bounding radius.
+  /// Default: default_distance_tolerance().
   std::optional<Scalar> tolerance = {};
 };
 
