@@ -125,14 +125,37 @@ TEST(InteriorPointSolver, GivesUpWhereSomethingSlides) {
   }
 }
 
-// Joints are left to the other solvers.
-TEST(InteriorPointSolver, LeavesJointsAlone) {
-  ContactProblem problem = stack_scene(3);
+JointRow& add_row(ContactProblem& problem, std::size_t a, std::size_t b, const Vector3& axis_W) {
   JointRow& row = problem.rows.emplace_back();
-  row.body_a = 0;
-  row.body_b = 1;
-  row.j_bv_W = Vector3(1, 0, 0);
-  EXPECT_EQ(rest(problem).newton_iterations, 0);
+  row.body_a = a;
+  row.body_b = b;
+  row.j_av_W = -axis_W;
+  row.j_bv_W = axis_W;
+  return row;
+}
+
+// Two of a stack's boxes are tied to each other, twice along one axis; a motor, whose impulse has
+// bounds, pushes the uppermost one to the side by less than friction holds, and a limit, which may
+// only push, is far away.
+TEST(InteriorPointSolver, HoldsWhatJointsTie) {
+  ContactProblem problem = stack_scene(10);
+  const std::size_t top = problem.bodies.size() - 1;
+  for (const Vector3& axis_W : {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(0, 1, 0)}) {
+    add_row(problem, top - 2, top - 1, axis_W);
+  }
+  JointRow& motor = add_row(problem, top - 1, top, Vector3(1, 0, 0));
+  motor.target = 100;
+  motor.upper = 1e-3;
+  motor.lower = -1e-3;
+  JointRow& limit = add_row(problem, top - 3, top, Vector3(0, 0, 1));
+  limit.target = -10;
+  limit.lower = 0;
+  const ContactReport report = rest(problem);
+  EXPECT_LE(report.residual, kTolerance);
+  EXPECT_LE(report.newton_iterations, 16);
+  EXPECT_EQ(broken_contact_law(problem, 1.001 * kTolerance), "");
+  EXPECT_NEAR(problem.rows[3].impulse, 1e-3, 1e-9);
+  EXPECT_NEAR(problem.rows[4].impulse, 0, 1e-9);
 }
 
 }  // namespace

@@ -364,8 +364,10 @@ Scalar ContactSystem::residual() const {
 Scalar ContactSystem::residual_without_impulses() const {
   Scalar largest = 0;
   for (const Block& block : blocks_) {
-    largest = std::max(largest, block.kind == BlockKind::Row ? std::abs(block.free[0])
-                                                             : std::max(-block.free[0], Scalar{0}));
+    const bool may_push = block.kind != BlockKind::Row || block.upper > 0;
+    const bool may_pull = block.kind == BlockKind::Row && block.lower < 0;
+    const Scalar u = block.free[0];
+    if (u < 0 ? may_push : may_pull) largest = std::max(largest, std::abs(u));
   }
   return largest;
 }

@@ -82,31 +82,44 @@ Vector3 moved_inside(Vector3 x, Scalar by) {
 
 }  // namespace
 
-// The starting impulses, moved inside the cones by as much as they violate the laws.
+void InteriorPointSolver::list_pairs() {
+  const std::vector<Block>& blocks = system_->blocks();
+  pair_of_block_.clear();
+  std::size_t count = 0;
+  std::size_t rows = 0;
+  for (const Block& block : blocks) {
+    pair_of_block_.push_back(block.kind == BlockKind::Contact ? count++ : kNoPair);
+    if (block.kind == BlockKind::Row) ++rows;
+  }
+  pairs_.resize(count);
+  rows_.resize(rows);
+  system_->loops().each(blocks.size(), [&](std::size_t i) {
+    if (pair_of_block_[i] != kNoPair) pairs_[pair_of_block_[i]].block = i;
+  });
+}
+
+// The starting impulses, moved inside the cones and bounds by as much as they violate the laws.
 void InteriorPointSolver::begin(ContactSystem& system) {
   system_ = &system;
   system.update_velocities();
   y_ = system.velocities();
   step_.resize(y_.size());
   matrix_.analyse(system);
-  pair_of_block_.clear();
-  std::size_t count = 0;
-  for (const Block& block : system.blocks()) {
-    pair_of_block_.push_back(block.kind == BlockKind::Contact ? count++ : kNoPair);
-  }
-  pairs_.resize(count);
-  start_lambda_.resize(count);
+  list_pairs();
+  const std::vector<Block>& blocks = system.blocks();
   const SharedLoops& loops = system.loops();
-  loops.each(pair_of_block_.size(), [&](std::size_t i) {
-    if (pair_of_block_[i] == kNoPair) return;
-    pairs_[pair_of_block_[i]].block = i;
-    start_lambda_[pair_of_block_[i]] = system.blocks()[i].lambda;
-  });
-  best_residual_ = loops.largest(pairs_.size(), [&](std::size_t i) {
-    return system.residual(system.blocks()[pairs_[i].block]);
+  start_lambda_.resize(blocks.size());
+  loops.each(blocks.size(), [&](std::size_t i) { start_lambda_[i] = blocks[i].lambda; });
+  best_lambda_ = start_lambda_;
+  best_residual_ = loops.largest(blocks.size(), [&](std::size_t i) {
+    return blocks[i].owner < 0 ? system.residual(blocks[i]) : 0;
   });
   loops.each(pairs_.size(), [&](std::size_t i) { begin_pair(pairs_[i]); });
-  best_lambda_ = start_lambda_;
+  products_ = pairs_.size();
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    rows_[i].begin(blocks[i], i, system.relative_velocity(blocks[i])[0], best_residual_);
+    products_ += std::size_t(rows_[i].bounds());
+  }
 }
 
 void InteriorPointSolver::begin_pair(Pair& pair) const {
@@ -129,29 +142,36 @@ void InteriorPointSolver::evaluate() {
     block.lambda = pair.scale.cwiseProduct(pair.impulse);
     pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
   });
+  for (RowBarrier& row : rows_) {
+    Block& block = blocks[row.block()];
+    block.lambda[0] = row.impulse();
+    row.set_velocity(block.free[0] + velocity_of(block, y_)[0] + block.compliance * row.impulse());
+  }
   lacking_.resize(y_.size());
   for (std::size_t i = 0; i < y_.size(); ++i) lacking_[i] = -y_[i];
   system_->add_impulses(lacking_, [&](std::size_t i) { return blocks[i].lambda; });
   product_ = loops.sum(0, pairs_.size(), [&](std::size_t i) {
-    return pairs_[i].impulse.dot(pairs_[i].velocity) / Scalar(pairs_.size());
+    return pairs_[i].impulse.dot(pairs_[i].velocity) / Scalar(products_);
   });
+  for (const RowBarrier& row : rows_) product_ += row.product() / Scalar(products_);
   system_->update_velocities();
 }
 
 void InteriorPointSolver::measure() {
   const SharedLoops& loops = system_->loops();
   const std::vector<Block>& blocks = system_->blocks();
-  held_residual_ = loops.largest(pairs_.size(), [&](std::size_t i) {
-    const Block& block = blocks[pairs_[i].block];
+  held_residual_ = loops.largest(blocks.size(), [&](std::size_t i) {
+    const Block& block = blocks[i];
+    if (block.owner >= 0) return Scalar{0};
     const Vector3 x = block.lambda - system_->relative_velocity(block) / block.weight;
     return (block.lambda - project(block, x, 0)).norm() * block.weight;
   });
-  residual_ = loops.largest(
-      pairs_.size(), [&](std::size_t i) { return system_->residual(blocks[pairs_[i].block]); });
+  residual_ = loops.largest(blocks.size(), [&](std::size_t i) {
+    return blocks[i].owner < 0 ? system_->residual(blocks[i]) : 0;
+  });
   if (!(residual_ < best_residual_)) return;
   best_residual_ = residual_;
-  loops.each(pairs_.size(),
-             [&](std::size_t i) { best_lambda_[i] = blocks[pairs_[i].block].lambda; });
+  loops.each(blocks.size(), [&](std::size_t i) { best_lambda_[i] = blocks[i].lambda; });
 }
 
 bool InteriorPointSolver::factorise() {
@@ -162,9 +182,11 @@ bool InteriorPointSolver::factorise() {
     const Matrix3 root = pair.scaling.inverse * pair.scale.asDiagonal();
     pair.stiffness.noalias() = root.transpose() * root;
   });
+  for (RowBarrier& row : rows_) row.linearise();
   matrix_.reset();
   const Matrix3 none = Matrix3::Zero();
   matrix_.add_all(*system_, [&](std::size_t i) -> const Matrix3& {
+    if (i < rows_.size()) return rows_[i].stiffness();
     return pair_of_block_[i] == kNoPair ? none : pairs_[pair_of_block_[i]].stiffness;
   });
   return matrix_.factorise(loops);
@@ -181,7 +203,9 @@ void InteriorPointSolver::solve() {
         pair.scale.cwiseProduct(scaling.inverse * (pair.wanted - scaling.inverse * pair.gap));
   });
   step_ = lacking_;
+  for (RowBarrier& row : rows_) row.set_impulse_step();
   system_->add_impulses(step_, [&](std::size_t i) -> Vector3 {
+    if (i < rows_.size()) return {rows_[i].impulse_step(), 0, 0};
     return pair_of_block_[i] == kNoPair ? Vector3(Vector3::Zero())
                                         : pairs_[pair_of_block_[i]].impulse_step;
   });
@@ -197,6 +221,10 @@ void InteriorPointSolver::solve() {
   });
   longest_step_ = kInfinity;
   for (const Pair& pair : pairs_) longest_step_ = std::min(longest_step_, pair.way);
+  for (RowBarrier& row : rows_) {
+    row.take_step(velocity_of(system_->blocks()[row.block()], step_)[0]);
+    longest_step_ = std::min(longest_step_, row.way());
+  }
 }
 
 // The predictor aims at products of zero. What it reaches says how far to aim now; its products are
@@ -207,14 +235,17 @@ void InteriorPointSolver::predict_and_correct() {
     const Vector3& middle = pairs_[i].scaling.middle;
     pairs_[i].wanted = -cone_product(middle, middle);
   });
+  for (RowBarrier& row : rows_) row.aim_at_zero();
   solve();
   const Scalar way = std::min(longest_step_, Scalar{1});
-  const Scalar predicted = loops.sum(0, pairs_.size(), [&](std::size_t i) {
+  Scalar predicted = loops.sum(0, pairs_.size(), [&](std::size_t i) {
     const Pair& pair = pairs_[i];
     return (pair.impulse + way * pair.impulse_step).dot(pair.velocity + way * pair.velocity_step) /
-           Scalar(pairs_.size());
+           Scalar(products_);
   });
-  const Scalar part = std::max(predicted, Scalar{0}) / product_;
+  for (const RowBarrier& row : rows_) predicted += row.product_after(way) / Scalar(products_);
+  const Scalar part = product_ > 0 ? std::max(predicted, Scalar{0}) / product_ : 0;
+  for (RowBarrier& row : rows_) row.aim_at(part * part * part * product_);
   loops.each(pairs_.size(), [&](std::size_t i) {
     Pair& pair = pairs_[i];
     const Vector3& v = pair.scaling.middle;
@@ -233,8 +264,7 @@ bool InteriorPointSolver::keeps_going(Scalar before, Scalar step) const {
 
 void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
                                   ContactReport& report) {
-  if (options.newton_limit == 0 || !system.has_contacts()) return;
-  if (system.blocks().front().kind == BlockKind::Row) return;  // they come first
+  if (options.newton_limit == 0 || system.blocks().empty()) return;
   begin(system);
   Scalar step = 1;
   Scalar before = kInfinity;
@@ -250,17 +280,19 @@ void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOpti
     ++report.newton_iterations;
     if (!factorise()) break;
     predict_and_correct();
-    const Scalar part = std::clamp(1 - product_ / first_product, kNearlyAll, kAllButAll);
+    const Scalar done = first_product > 0 ? 1 - product_ / first_product : 1;
+    const Scalar part = std::clamp(done, kNearlyAll, kAllButAll);
     step = std::min(part * longest_step_, Scalar{1});
     system.loops().each(pairs_.size(), [&](std::size_t k) {
       pairs_[k].impulse += step * pairs_[k].impulse_step;
       pairs_[k].velocity += step * pairs_[k].velocity_step;
     });
+    for (RowBarrier& row : rows_) row.go(step);
     for (std::size_t k = 0; k < y_.size(); ++k) y_[k] += step * step_[k];
   }
   const bool is_near = best_residual_ <= kKeptPart * system.residual_without_impulses();
   const std::vector<Vector3>& kept = is_near ? best_lambda_ : start_lambda_;
-  for (std::size_t i = 0; i < pairs_.size(); ++i) system.blocks()[pairs_[i].block].lambda = kept[i];
+  for (std::size_t i = 0; i < kept.size(); ++i) system.blocks()[i].lambda = kept[i];
   for (Block& block : system.blocks()) {
     if (block.owner < 0) continue;
     const Scalar bound = system.blocks()[std::size_t(block.owner)].lambda[0];

@@ -5,6 +5,7 @@
 
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_system.h"
+#include "contact/solver/row_barrier.h"
 #include "dyop/contact/contact_solver.h"
 #include "dyop/core/types.h"
 
@@ -40,10 +41,10 @@ struct ConeScaling {
 // Solves a system as if nothing that presses slid: without De Saxce's shift the laws are the
 // optimum of a convex problem,
 //   min 1/2 |y|^2  such that  free + G y  in the dual cone of every contact,
-// found by a primal-dual interior point method with Mehrotra's predictor ([Mehrotra1992]) in about
-// ten factorisations, however many contacts are redundant. Where bodies rest that is the answer.
-// Where something slides it is not: the run is given up as soon as that shows. Only for systems
-// without rows of joints; impulses of rolling and torsional friction stay as they are: where bodies
+// and likewise for the rows of joints; found by a primal-dual interior point method with Mehrotra's
+// predictor ([Mehrotra1992]) in about ten factorisations, however many contacts are redundant.
+// Where bodies rest that is the answer. Where something slides it is not: the run is given up as
+// soon as that shows. Impulses of rolling and torsional friction stay as they are: where bodies
 // rest they are as good as any.
 class InteriorPointSolver {
  public:
@@ -67,6 +68,7 @@ class InteriorPointSolver {
   };
   static constexpr std::size_t kNoPair = std::size_t(-1);
 
+  void list_pairs();
   void begin(ContactSystem& system);
   void begin_pair(Pair& pair) const;
   // Updates gaps and the mean product, and puts the impulses into the system.
@@ -79,14 +81,16 @@ class InteriorPointSolver {
 
   ContactSystem* system_ = nullptr;
   BodyMatrix matrix_;
-  std::vector<Pair> pairs_;                 // of contacts
-  std::vector<std::size_t> pair_of_block_;  // or kNoPair
-  std::vector<Vector3> start_lambda_, best_lambda_;
+  std::vector<Pair> pairs_;                          // of contacts
+  std::vector<std::size_t> pair_of_block_;           // or kNoPair
+  std::vector<RowBarrier> rows_;                     // of joints: the first blocks
+  std::vector<Vector3> start_lambda_, best_lambda_;  // by block
+  std::size_t products_ = 0;                         // of contacts and of bounds of rows
   std::vector<Vector6> y_, step_, lacking_;  // lacking_: what y lacks to be that of the impulses
   Scalar longest_step_ = 0;                  // until an edge of a cone, in units of the step
-  Scalar product_ = 0;                       // mean of impulse . velocity
-  Scalar residual_ = 0;                      // of the laws
-  Scalar held_residual_ = 0;                 // of the laws without shift
+  Scalar product_ = 0;        // mean of impulse . velocity, and of what is like it at rows' bounds
+  Scalar residual_ = 0;       // of the laws
+  Scalar held_residual_ = 0;  // of the laws without shift
   Scalar best_residual_ = 0;
 };
 
