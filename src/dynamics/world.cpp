@@ -99,6 +99,8 @@ void World::remove_body(BodyId id) {
   ++impl_->revision;
   body.definition.user_data.reset();
   impl_->free_slots.push_back(id.slot);
+  std::erase_if(impl_->overlapping_sensors,
+                [&](const PairKey& key) { return key.a == id.slot || key.b == id.slot; });
   std::erase_if(impl_->pair_enabled, [&](const auto& entry) {
     return entry.first.a == id.slot || entry.first.b == id.slot;
   });

@@ -533,6 +533,27 @@ void World::Impl::sense(const CommittedStep& step, AdvanceReport& report) {
       report.sensors.push_back({sensor, body, t, false});
     }
   }
+  end_lost_overlaps(step.interval.end, report);
+}
+
+// What was moved away, disabled or filtered since has no pair any more.
+void World::Impl::end_lost_overlaps(Scalar t, AdvanceReport& report) {
+  if (overlapping_sensors.empty()) return;
+  std::set<PairKey> kept;
+  for (const auto& pair : pairs) kept.insert(pair->key);
+  std::erase_if(overlapping_sensors, [&](const PairKey& key) {
+    if (kept.contains(key)) return false;
+    const BodyRecord& a = bodies[key.a];
+    const BodyRecord& b = bodies[key.b];
+    const bool may_overlap = a.is_present() && b.is_present() && is_pair_enabled(key);
+    if (may_overlap &&
+        distance(*a.definition.shape, a.X_WB(), *b.definition.shape, b.X_WB()).lower <= 0) {
+      return false;
+    }
+    const bool is_a = a.definition.is_sensor;
+    report.sensors.push_back({is_a ? a.id : b.id, is_a ? b.id : a.id, t, false});
+    return true;
+  });
 }
 
 struct WorldSnapshot::State {

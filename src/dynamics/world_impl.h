@@ -109,6 +109,7 @@ struct World::Impl {
                      AdvanceReport& report);
   // Sensors (sensing.cpp).
   void sense(const CommittedStep& step, AdvanceReport& report);
+  void end_lost_overlaps(Scalar t, AdvanceReport& report);
 
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
   void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);

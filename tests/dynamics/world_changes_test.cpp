@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "dyop/motion/motion.h"
@@ -342,6 +343,59 @@ TEST(WorldChanges, ASensorIsCarriedAlongAndMovesNothing) {
     EXPECT_TRUE(events[0].is_overlap);
     EXPECT_FALSE(events[1].is_overlap);
     EXPECT_LT(events[0].t, events[1].t);
+  }
+}
+
+// However a body leaves a sensor, the overlap ends once, and begins anew when it is back.
+TEST(WorldChanges, ASensorNoticesWhatIsTakenAwayAndPutBack) {
+  using Change = std::function<void(World&, BodyId)>;
+  const auto move_to = [](Scalar x) -> Change {
+    return [x](World& world, BodyId id) {
+      auto state = world.state(id);
+      state.X_WB = RigidPose(Vector3(x, 0, 0));
+      world.set_state(id, state);
+    };
+  };
+  const auto enable = [](bool is_enabled) -> Change {
+    return [is_enabled](World& world, BodyId id) { world.set_enabled(id, is_enabled); };
+  };
+  const auto filter_by = [](std::uint64_t mask) -> Change {
+    return [mask](World& world, BodyId id) {
+      CollisionFilter filter;
+      filter.mask = mask;
+      world.set_filter(id, filter);
+    };
+  };
+  const std::pair<Change, Change> changes[] = {{move_to(5), move_to(0)},
+                                               {enable(false), enable(true)},
+                                               {filter_by(0), filter_by(CollisionFilter{}.mask)}};
+  for (const auto& [leave, come_back] : changes) {
+    World world;
+    BodyDefinition gate;
+    gate.kind = BodyKind::Static;
+    gate.shape = std::make_shared<Sphere>(1);
+    gate.is_sensor = true;
+    world.add_body(gate);
+    const BodyId ball =
+        world.add_body(dynamic_body("ball", std::make_shared<Sphere>(0.1), {0, 0, 0}));
+    std::vector<bool> events;
+    const auto run = [&] {
+      for (int k = 0; k < 5; ++k) {
+        for (const SensorEvent& event : world.advance(0.01).sensors) {
+          EXPECT_EQ(event.body, ball);
+          events.push_back(event.is_overlap);
+        }
+      }
+    };
+    run();
+    leave(world, ball);
+    run();
+    come_back(world, ball);
+    run();
+    EXPECT_EQ(events, (std::vector<bool>{true, false, true}));
+    world.remove_body(ball);
+    run();
+    EXPECT_EQ(events.size(), 3U);
   }
 }
 

@@ -96,7 +96,8 @@ struct VelocityChange {
   std::vector<LinkImpulse> links;
 };
 
-/// The start or end of an overlap between a body and a sensor.
+/// The start or end of an overlap between a body and a sensor. The next step
+/// reports one that set_state() or the like ended, except of a removed body.
 struct SensorEvent {
   BodyId sensor;
   BodyId body;
