@@ -70,8 +70,8 @@ TEST(RecordingOfAKilledRun, IsWholeUpToTheLastFlush) {
   std::uniform_real_distribution<double> part(0, 1);
   int not_ended = 0;
   std::size_t frames = 0;
-  // On a busy machine some runs end before they are killed.
-  for (int k = 0; not_ended < 20 && k < 200; ++k) {
+  // On a busy machine some runs end before they are killed, or have no frame yet.
+  for (int k = 0; (not_ended < 20 || frames == 0) && k < 200; ++k) {
     const auto file = directory.path() / ("killed" + std::to_string(k) + ".h5");
     const pid_t child = start_recording(file);
     std::this_thread::sleep_for(time * part(random));
@@ -86,7 +86,7 @@ TEST(RecordingOfAKilledRun, IsWholeUpToTheLastFlush) {
     }) << "kill "
        << k;
   }
-  EXPECT_EQ(not_ended, 20);
+  EXPECT_GE(not_ended, 20);
   EXPECT_GT(frames, 0u);
 }
 
