@@ -414,8 +414,18 @@ const Shape& part_of(const BodyRecord& body, const FeatureKey& key) {
   return shape_part(*body.definition.shape, key.piece);
 }
 
-// Moves a contact at the poses of the hit back. A ball or a cylinder that spins does not take the
-// point where it is hit with it.
+// The arm of a contact on a smooth body, from R_hit to R. Turning about the normal takes the point
+// along, and tilting lifts it; what rolls does not take it along.
+Vector3 carried_arm(const Vector3& arm_W, const Vector3& nhat_W, const Matrix3& R_hit,
+                    const Matrix3& R) {
+  const Matrix3 turn = R * R_hit.transpose();
+  const Vector3 along_W = arm_W - nhat_W * nhat_W.dot(arm_W);
+  const Vector3 about_normal_W = nhat_W * nhat_W.dot(rotation_vector(turn));
+  return rotation_from_vector(about_normal_W) * along_W +
+         nhat_W * nhat_W.dot(arm_W + turn * along_W);
+}
+
+// Moves a contact at the poses of the hit back.
 void carry_back(const ToiResult& hit, const HitPair& pair, ContactPoint& point) {
   const Vector3 nhat_hit = point.nhat_AB_W;
   const RigidPose& X_WS = point.normal_is_of_b ? pair.X_WB : pair.X_WA;
@@ -425,7 +435,8 @@ void carry_back(const ToiResult& hit, const HitPair& pair, ContactPoint& point) 
     const Shape& part = part_of(body, key);
     if (is_smooth_core(part)) {
       const Vector3& center = body.definition.mass_properties.p_BoBcm;
-      return p_W + (X_W * center - X_hit * center);
+      return X_W * center +
+             carried_arm(p_W - X_hit * center, nhat_hit, X_hit.rotation(), X_W.rotation());
     }
     const Scalar radius = sign * rounding_radius(part);
     const Vector3 core = X_hit.inverse() * Vector3(p_W + radius * nhat_hit);
@@ -489,14 +500,21 @@ std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& p
   return points;
 }
 
-Vector3 acting_point(const ContactPoint& hit) {
+Vector3 acting_point(const ContactPoint& hit, const ContactBody& body_a,
+                     const ContactBody& body_b) {
   const Vector3 half = hit.gap / 2 * hit.nhat_AB_W;
   const FeatureKind a = hit.feature_a.kind;
   const FeatureKind b = hit.feature_b.kind;
   const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
   const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
-  if (is_of_a == is_of_b) return between(hit.p_WCa, hit.p_WCb);
-  return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
+  if (is_of_a != is_of_b) return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
+  // Neither: nearer to that of the body which a torque along the gap's lever turns more.
+  const Vector3 lever_W = (hit.p_WCb - hit.p_WCa).cross(hit.nhat_AB_W);
+  const Scalar turn_a = lever_W.dot(body_a.inverse_inertia_W * lever_W);
+  const Scalar turn_b = lever_W.dot(body_b.inverse_inertia_W * lever_W);
+  const Scalar sum = turn_a + turn_b;
+  const Scalar share = sum > 0 ? turn_b / sum : 0.5;
+  return (1 - share) * (hit.p_WCa + half) + share * (hit.p_WCb - half);
 }
 
 // Contacts on curved surfaces.

@@ -11,6 +11,7 @@
 #include "dynamics/step/ledger.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/contact/contact_point.h"
+#include "dyop/contact/contact_problem.h"
 #include "dyop/core/export.h"
 #include "dyop/core/types.h"
 #include "dyop/toi/toi_result.h"
@@ -87,8 +88,8 @@ std::vector<ContactPoint> contacts_of_hit(const ToiResult& hit, const HitPair& p
 /// Where the impulse of such a contact acts on both bodies at the earlier poses, at which its two
 /// points are not yet opposite each other: in the middle of the gap, and opposite the point that
 /// slides over the other body's face, or the vertex. A ball would else be turned by a push along its
-/// normal.
-Vector3 acting_point(const ContactPoint& hit);
+/// normal, and a needle about its axis.
+Vector3 acting_point(const ContactPoint& hit, const ContactBody& body_a, const ContactBody& body_b);
 
 /// Whether the surfaces may bring another facet than the contact's to it within a short way: a
 /// contact that stands for its neighbours, or that of a ball on a mesh.

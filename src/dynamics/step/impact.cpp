@@ -228,6 +228,10 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     forget();
     return false;
   }
+  // What has met here may land again.
+  for (RunPair& pair : run.pairs()) {
+    if (pair.hit && has_met(pair)) pair.missed_landings = 0;
+  }
   ImpactEvent& event = run.outcome().impacts.emplace_back();
   event.t = run.now();
   event.a = met->a->id;

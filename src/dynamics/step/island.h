@@ -187,6 +187,7 @@ class IslandRun {
   const StepContext& context() const { return context_; }
   StepWorkspace& workspace() { return workspace_; }
   std::vector<Member>& members() { return members_; }
+  const std::vector<Member>& members() const { return members_; }
   std::vector<RunPair>& pairs() { return pairs_; }
   IslandOutcome& outcome() { return outcome_; }
   const std::vector<JointState*>& joints() const { return island_.joints; }

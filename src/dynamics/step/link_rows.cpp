@@ -620,11 +620,14 @@ void JointTension::measure() {
   }
 }
 
-void JointTension::stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W) {
+void JointTension::stiffen() {
   if (joints_.empty()) return;
   measure();
   if (!is_stiff_) return;
-  around_W_ = w_W;
+  around_W_.clear();
+  for (std::size_t i = 0; i < stiffness_.size(); ++i) {
+    around_W_.push_back(substep_.problem().bodies[i].w_W);
+  }
   for (Joint& joint : joints_) {
     if (joint.rod) set_across(joint);
   }
@@ -632,10 +635,11 @@ void JointTension::stiffen(const std::vector<Vector3>& free_L_W, const std::vect
     const LockedAxes& locked = substep_.run().members()[i].body->definition.locked;
     if (locked.rotation[0] || locked.rotation[1] || locked.rotation[2]) continue;
     ContactBody& body = substep_.problem().bodies[i];
-    const Matrix3 inertia = body.inverse_inertia_W.inverse() + stiffness_[i];
-    const Matrix3 mobility = inertia.inverse();
+    const Matrix3 inertia = body.inverse_inertia_W.inverse();
+    const Vector3 L_W = inertia * body.free_w_W;
+    const Matrix3 mobility = (inertia + stiffness_[i]).inverse();
     body.inverse_inertia_W = (mobility + mobility.transpose()) / 2;
-    body.free_w_W = body.inverse_inertia_W * (free_L_W[i] + stiffness_[i] * w_W[i]);
+    body.free_w_W = body.inverse_inertia_W * (L_W + stiffness_[i] * body.w_W);
   }
 }
 

@@ -94,9 +94,8 @@ class JointTension {
   JointTension(SubstepProblem& substep, Scalar tau);
 
   /// Adds the stiffness of the joints' present impulses to the members' inertia, whose mobilities
-  /// and free velocities have been set, given their angular momenta and the angular velocities
-  /// around which to solve, by member; rods around the velocities of the last solve.
-  void stiffen(const std::vector<Vector3>& free_L_W, const std::vector<Vector3>& w_W);
+  /// and free velocities have been set, around the velocities of the last solve.
+  void stiffen();
   /// Takes the stiffness away again: the last solve's impulses were those of a recovery.
   void relax(const std::vector<Vector3>& free_L_W);
   /// Takes the rows where the last solve has its bodies in the middle of the move. Returns whether

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/tolerance.h"
+#include "dynamics/step/free_turns.h"
 #include "dynamics/step/island.h"
 #include "dynamics/step/link_rows.h"
 #include "dynamics/step/substep_problem.h"
@@ -595,7 +596,6 @@ using RunPair = IslandRun::RunPair;
 constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
 constexpr int kMostAttempts = 8;
-constexpr int kMostSpinSweeps = 4;
 // Attempts that begin with what hits have found before. After that they may contradict each other.
 constexpr int kHitAttempts = 3;
 // How far contacts beside a hit are from touching at its time, in rest offsets.
@@ -666,6 +666,7 @@ class Substep {
   bool may_bounce_;
   bool lands_;  // the horizon ends at a hit to be resolved there
   SubstepProblem substep_;
+  FreeTurns turns_;
   std::optional<JointTension> tension_;
   std::optional<SpringRows> springs_;  // after the joints' rows
   std::vector<Wrench> wrenches_;
@@ -691,12 +692,16 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
       may_bounce_(may_bounce),
       lands_(lands),
       substep_(run),
+      turns_(run, tau),
       proofs_(run, tau) {
   for (const Member& member : run.members()) wrenches_.push_back(wrench_of(run, member));
   substep_.take_contacts([&](const RunPair& pair, const ContactPoint& point) {
-    // Contacts about to bounce are left to the impact law.
+    // Contacts about to bounce are left to the impact law, and those that have bounced are none: a
+    // push there, so that another corner does not come down, would be a blow at the wrong place.
     if (!may_bounce_ || !(pair.restitution > 0)) return true;
-    return !bounces(run_, pair, normal_velocity(run_, pair, point));
+    const Scalar speed = normal_velocity(run_, pair, point);
+    const bool is_pushed = pair.state->overlaps || pair.state->uncertified_gap;
+    return !bounces(run_, pair, is_pushed ? speed : -std::abs(speed));
   });
   poses_.tau = tau_;
   for (std::size_t i = 0; i < run.members().size(); ++i) {
@@ -707,34 +712,23 @@ Substep::Substep(IslandRun& run, Scalar tau, bool may_bounce, bool lands)
   springs_.emplace(substep_, tau_);
 }
 
-// Velocities after half a kick; the angular one is that at the middle of the substep and solves w =
-// I(exp(tau w / 2) R)^-1 L.
+// Velocities after half a kick.
 void Substep::set_free_velocities() {
-  free_L_W_.clear();
   const bool is_first = moves_.empty();
-  std::vector<Vector3> around_w_W;
+  std::vector<ContactBody>& bodies = substep_.problem().bodies;
+  free_L_W_.clear();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
     const Member& member = run_.members()[i];
-    const Matrix3& R = member.state.X_WM.rotation();
-    ContactBody& body = substep_.problem().bodies[i];
-    body.free_v_W = member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
-    const Vector3 L = member.state.L_W + tau_ / 2 * wrenches_[i].torque;
-    Vector3 w = is_first ? Vector3(member.body->angular_mobility(R) * L) : body.w_W;
-    Matrix3 R_mid = R;
-    for (int k = 0; k < (is_first ? kMostSpinSweeps : 1); ++k) {
-      if (!w.isZero(0)) R_mid = rotation_from_vector(tau_ / 2 * w) * R;
-      if (is_first) w = member.body->angular_mobility(R_mid) * L;
-    }
-    substep_.set_mobility(i, R_mid);
-    body.free_w_W = body.inverse_inertia_W * L;
-    if (is_first) {
-      body.v_W = body.free_v_W;
-      body.w_W = body.free_w_W;
-    }
-    free_L_W_.push_back(L);
-    around_w_W.push_back(body.w_W);
+    bodies[i].free_v_W =
+        member.state.v_W + tau_ / 2 * member.body->inverse_mass * wrenches_[i].force;
+    free_L_W_.push_back(member.state.L_W + tau_ / 2 * wrenches_[i].torque);
   }
-  tension_->stiffen(free_L_W_, around_w_W);
+  turns_.set_free_velocities(free_L_W_, substep_.problem());
+  for (std::size_t i = 0; i < run_.members().size() && is_first; ++i) {
+    bodies[i].v_W = bodies[i].free_v_W;
+    bodies[i].w_W = bodies[i].free_w_W;
+  }
+  tension_->stiffen();
   substep_.set_supports(tau_);
 }
 
@@ -803,6 +797,7 @@ std::optional<bool> Substep::update_errors() {
   };
   has_changed = springs_->update(end) || has_changed;
   has_changed = tension_->follow() || has_changed;
+  has_changed = turns_.follow(substep_, substep_.angular_momenta(free_L_W_)) || has_changed;
   return update_joint_errors(substep_, tau_, end) || has_changed;
 }
 
@@ -938,6 +933,9 @@ AttemptResult Substep::attempt() {
       if (!(substep_.is_coarse() ? ends_short_ : *has_changed)) break;
     }
     if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
+    if (turns_.are_guessed(substep_, substep_.angular_momenta(free_L_W_))) {
+      return AttemptResult::Blocked;
+    }
     proofs_.find(moves_);
     if (proofs_.is_complete()) {
       commit(tau_);

@@ -228,7 +228,8 @@ void SubstepProblem::add(const SubstepContact& contact) {
   row.body_b = body_index(pair.member_b, *pair.b);
   // Both bodies get the impulse at the middle of the gap, so that it adds no torque of its own.
   const Vector3 p_W = contact.index ? Vector3((contact.point.p_WCa + contact.point.p_WCb) / 2)
-                                    : acting_point(contact.point);
+                                    : acting_point(contact.point, problem_.bodies[row.body_a],
+                                                   problem_.bodies[row.body_b]);
   row.r_a_W = p_W - center_of(row.body_a);
   row.r_b_W = p_W - center_of(row.body_b);
   row.nhat_AB_W = contact.point.nhat_AB_W;
@@ -634,8 +635,8 @@ Scalar SubstepProblem::recovery_cap(std::size_t contact, Scalar tau) const {
     return run_.context().options->separation_speed.value_or(kSeparationRadiusFraction *
                                                              lengths.radius / run_.context().h);
   }
-  return 0.5 * lengths.rest_offset / std::max(tau, least_substep()) + entry.push / tau +
-         bending_velocity(contact, tau);
+  const Scalar time = std::max({tau, run_.context().h, least_substep()});
+  return 0.5 * lengths.rest_offset / time + entry.push / tau + bending_velocity(contact, tau);
 }
 
 Scalar SubstepProblem::least_substep() const {

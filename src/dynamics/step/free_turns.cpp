@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/free_turns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "dynamics/free_flight.h"
+#include "dyop/core/rigid_pose.h"
+
+namespace dyop::dynamics_internal {
+
+namespace {
+
+// Radians, times the ratio of the moments of inertia: up to here three terms of a series are enough,
+// to a part of 1e-6 of the turn.
+constexpr Scalar kSmallTurn = 0.03;
+// The solve is repeated if a point of the body would be elsewhere by this part of the rest offset.
+constexpr Scalar kTurnChange = 0.01;
+// Of the energy of a member, in one move.
+constexpr Scalar kMostEnergyChange = 1e-3;
+
+bool is_locked(const BodyRecord& body) {
+  const auto& locked = body.definition.locked.rotation;
+  return locked[0] || locked[1] || locked[2];
+}
+
+// The rotation vector after tau of a body that turns by little. In its own axes L' = L x w, and the
+// vector's rate is w + theta x w / 2 + ... ([Iserles2000]).
+Vector3 small_turn(const Matrix3& inverse_inertia_B, const Vector3& L_B, Scalar tau) {
+  const Vector3 w = inverse_inertia_B * L_B;
+  const Vector3 L_1 = L_B.cross(w);
+  const Vector3 w_1 = inverse_inertia_B * L_1;
+  const Vector3 w_2 = inverse_inertia_B * (L_1.cross(w) + L_B.cross(w_1));
+  return tau * (w + tau / 2 * (w_1 + tau / 6 * (2 * w_2 + w.cross(w_1))));
+}
+
+// Of the rotation vectors that turn as theta does, the one nearest to `guess`.
+Vector3 nearest_branch(const Vector3& theta, const Vector3& guess) {
+  constexpr Scalar kRound = 2 * std::numbers::pi;
+  const Scalar angle = theta.norm();
+  if (!(angle > 0)) return theta;
+  const Scalar rounds = std::round((guess.dot(theta) / angle - angle) / kRound);
+  return (1 + rounds * kRound / angle) * theta;
+}
+
+}  // namespace
+
+Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
+                           const Vector3& L_W, Scalar tau, const Vector3& w_W) {
+  constexpr int kMostPieces = 1'000'000;
+  const Vector3 L_B = R_WB.transpose() * L_W;
+  if (tau * inverse_inertia_B.norm() * L_B.norm() <= kSmallTurn) {
+    return R_WB * small_turn(inverse_inertia_B, L_B, tau) / tau;
+  }
+  Matrix3 R = R_WB;
+  Scalar left = tau;
+  for (int piece = 0; left > 0; ++piece) {
+    if (piece == kMostPieces) return w_W;
+    const TorqueFreeTurn turn(inverse_inertia_B, R.transpose() * L_W);
+    const Scalar length = std::min(left, turn.span());
+    R = R * rotation_from_vector(turn.at(length).theta);
+    left -= length;
+  }
+  return nearest_branch(rotation_vector(R * R_WB.transpose()), tau * w_W) / tau;
+}
+
+FreeTurns::FreeTurns(const IslandRun& run, Scalar tau)
+    : run_(run), tau_(tau), corrections_W_(run.members().size(), Vector3::Zero()) {}
+
+Vector3 FreeTurns::correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const {
+  const BodyRecord& body = *run_.members()[member].body;
+  if (is_locked(body) || L_W.isZero(0)) return Vector3::Zero();
+  const Matrix3& R = run_.members()[member].state.X_WM.rotation();
+  return mean_free_velocity(body.inverse_inertia_B, R, L_W, tau_, w_W) -
+         body.angular_velocity(R, L_W);
+}
+
+// The velocity in the middle of the move solves w = I(exp(tau w / 2) R)^-1 L.
+void FreeTurns::set_middle_velocity(std::size_t member, const Vector3& L_W,
+                                    ContactBody& body) const {
+  constexpr int kFirstSweeps = 4;
+  const IslandRun::Member& entry = run_.members()[member];
+  const Matrix3& R = entry.state.X_WM.rotation();
+  Vector3 w_W = is_first_ ? entry.body->angular_velocity(R, L_W) : body.w_W;
+  for (int k = 0; k < (is_first_ ? kFirstSweeps : 1); ++k) {
+    body.inverse_inertia_W = entry.body->angular_mobility(rotation_from_vector(tau_ / 2 * w_W) * R);
+    w_W = body.inverse_inertia_W * L_W;
+  }
+  body.free_w_W = w_W;
+}
+
+void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProblem& problem) {
+  for (std::size_t i = 0; i < L_W.size(); ++i) {
+    const IslandRun::Member& member = run_.members()[i];
+    ContactBody& body = problem.bodies[i];
+    if (is_locked(*member.body)) {
+      set_middle_velocity(i, L_W[i], body);
+      continue;
+    }
+    const Matrix3& R = member.state.X_WM.rotation();
+    if (is_first_)
+      corrections_W_[i] = correction(i, L_W[i], member.body->angular_velocity(R, L_W[i]));
+    body.inverse_inertia_W = member.body->angular_mobility(R);
+    body.free_w_W = body.inverse_inertia_W * L_W[i] + corrections_W_[i];
+  }
+  is_first_ = false;
+}
+
+bool FreeTurns::follow(const SubstepProblem& substep, const std::vector<Vector3>& L_W) {
+  bool has_changed = false;
+  for (std::size_t i = 0; i < L_W.size(); ++i) {
+    const Vector3 before_W = corrections_W_[i];
+    corrections_W_[i] = correction(i, L_W[i], substep.problem().bodies[i].w_W);
+    const Scalar change = tau_ * (corrections_W_[i] - before_W).norm();
+    has_changed = has_changed ||
+                  change * run_.members()[i].body->radius > kTurnChange * substep.rest_offset();
+  }
+  return has_changed;
+}
+
+bool FreeTurns::are_guessed(const SubstepProblem& substep, const std::vector<Vector3>& L_W) const {
+  for (std::size_t i = 0; i < L_W.size(); ++i) {
+    if (L_W[i].isZero(0)) continue;
+    const BodyRecord& body = *run_.members()[i].body;
+    const ContactBody& moved = substep.problem().bodies[i];
+    const Matrix3& R = run_.members()[i].state.X_WM.rotation();
+    const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
+    const Scalar turning = L_W[i].dot(body.angular_velocity(R, L_W[i])) / 2;
+    const Scalar at_end = L_W[i].dot(body.angular_velocity(R_end, L_W[i])) / 2;
+    const Scalar moving = moved.v_W.squaredNorm() / (2 * body.inverse_mass);
+    if (std::abs(at_end - turning) > kMostEnergyChange * (turning + moving)) return true;
+  }
+  return false;
+}
+
+}  // namespace dyop::dynamics_internal

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dynamics/step/island.h"
+#include "dynamics/step/substep_problem.h"
+#include "dyop/core/export.h"
+#include "dyop/core/types.h"
+
+namespace dyop::dynamics_internal {
+
+/// The constant angular velocity that takes a body without torque from R_WB to where it is after
+/// tau, given the inverse of its inertia about the centre of mass: of those that do, the one nearest
+/// to w_W. What turns by more than a million radians keeps w_W.
+DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
+                                       const Vector3& L_W, Scalar tau, const Vector3& w_W);
+
+/// How the members of an island turn in a move of length tau that begins with impulses: like bodies
+/// without torque from then on. So they keep their energy, however thin they are and however far
+/// they turn.
+///
+/// The solve for the impulses has the members' mobility at the start of the move, which is exact for
+/// impulses across the axis of a thin body, and a correction of their velocities after the impulses
+/// of the solve before. Bodies with locked rotations move with the velocity that they have in the
+/// middle.
+class FreeTurns {
+ public:
+  FreeTurns(const IslandRun& run, Scalar tau);
+
+  /// Sets the members' mobilities and free angular velocities, given their angular momenta before
+  /// the impulses.
+  void set_free_velocities(const std::vector<Vector3>& L_W, ContactProblem& problem);
+  /// Takes the members' angular momenta after the impulses of the last solve. Returns whether some
+  /// turn so differently that the solve must be repeated.
+  bool follow(const SubstepProblem& substep, const std::vector<Vector3>& L_W);
+  /// Whether the last solve turns some member such that its energy changes without work: a shorter
+  /// move is needed.
+  bool are_guessed(const SubstepProblem& substep, const std::vector<Vector3>& L_W) const;
+
+ private:
+  void set_middle_velocity(std::size_t member, const Vector3& L_W, ContactBody& body) const;
+  Vector3 correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const;
+
+  const IslandRun& run_;
+  Scalar tau_;
+  bool is_first_ = true;
+  std::vector<Vector3> corrections_W_;  // of w = mobility L, by member
+};
+
+}  // namespace dyop::dynamics_internal

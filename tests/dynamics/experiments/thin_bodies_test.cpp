@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+
+// Needles, pens and rods: so light to turn about their axes that what is a small error for a cube is
+// a wild spin for them. They gain no energy, keep their spin without friction, and bounce twice in a
+// step where they would.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "dyop/geometry/half_space.h"
+#include "dyop/geometry/primitives.h"
+#include "support/inputs/random_inputs.h"
+#include "support/inputs/world_scenes.h"
+
+namespace dyop {
+namespace {
+
+using namespace testing;
+
+struct Surface {
+  Scalar friction = 0;
+  Scalar restitution = 0;
+};
+
+BodyDefinition thrown(const std::shared_ptr<const Shape>& shape, const Vector3& p, Scalar speed,
+                      Scalar turning, const Surface& surface, std::mt19937_64& random) {
+  BodyDefinition body = dynamic_body("thrown", shape, p, random_vector(speed, random),
+                                     random_vector(turning, random));
+  body.initial.X_WB = RigidPose(random_rotation(random).toRotationMatrix(), p);
+  body.friction = surface.friction;
+  body.restitution = surface.restitution;
+  return body;
+}
+
+BodyDefinition ground(const Surface& surface) {
+  BodyDefinition body = floor_body(surface.friction, surface.restitution);
+  body.shape = std::make_shared<HalfSpace>();
+  body.initial.X_WB = RigidPose();
+  return body;
+}
+
+Scalar energy_of(const World& world, const std::vector<BodyId>& bodies) {
+  Scalar sum = world.kinetic_energy();
+  for (const BodyId& id : bodies) {
+    const Scalar mass = world.body(id).mass_properties.mass;
+    sum += mass * kGravity * world.state(id).X_WB.translation().z();
+  }
+  return sum;
+}
+
+// The least and the greatest change of the energy of `bodies` in one step of a run.
+struct EnergyChanges {
+  Scalar least = 0;
+  Scalar greatest = 0;
+};
+
+EnergyChanges energy_changes(World& world, const std::vector<BodyId>& bodies, Scalar h, Scalar t) {
+  EnergyChanges changes;
+  Scalar before = energy_of(world, bodies);
+  for (int k = 0; k < std::lround(t / h); ++k) {
+    EXPECT_EQ(world.advance(h).status, AdvanceStatus::Completed);
+    const Scalar after = energy_of(world, bodies);
+    changes.least = std::min(changes.least, after - before);
+    changes.greatest = std::max(changes.greatest, after - before);
+    before = after;
+  }
+  return changes;
+}
+
+// Energy once rose by 258 times what lifts all needles by 0.1.
+TEST(ThinBodies, AHandfulOfNeedlesGainsNoEnergy) {
+  const std::shared_ptr<const Shape> shapes[] = {std::make_shared<Capsule>(0.005, 0.15),
+                                                 std::make_shared<Cylinder>(0.008, 0.15)};
+  const Surface surfaces[] = {{0.2, 0.4}, {0.5, 0.4}, {0.5, 0}, {0, 0}};
+  for (int i = 0; i < 48; ++i) {
+    SCOPED_TRACE(i);
+    std::mt19937_64 random(900 + static_cast<unsigned>(i));
+    const Surface& surface = surfaces[i % 4];
+    World world(earth_options());
+    world.add_body(floor_body(surface.friction, surface.restitution));
+    std::vector<BodyId> bodies;
+    Scalar weight = 0;
+    for (int k = 0; k < 4; ++k) {
+      const Vector3 p(0.05 * random_number(-1, 1, random), 0.05 * random_number(-1, 1, random),
+                      0.3 + 0.3 * k);
+      bodies.push_back(world.add_body(thrown(shapes[i / 4 % 2], p, 0.5, 3, surface, random)));
+      weight += kGravity * world.body(bodies.back()).mass_properties.mass;
+    }
+    const Scalar h = i % 3 == 0 ? 0.005 : 0.01;
+    EXPECT_LT(energy_changes(world, bodies, h, 1.0).greatest, 0.005 * weight * 0.1);
+  }
+}
+
+// It once rose by 355 times what lifts the rod by its length.
+TEST(ThinBodies, AClatteringRodIsNotThrownUp) {
+  const Surface surfaces[] = {{0, 0.5}, {0.5, 0.5}, {0.3, 0.9}, {0, 1}};
+  for (int i = 0; i < 160; ++i) {
+    SCOPED_TRACE(i);
+    std::mt19937_64 random(static_cast<unsigned>(i));
+    const Surface& surface = surfaces[i % 4];
+    World world(earth_options());
+    world.add_body(ground(surface));
+    const auto rod = std::make_shared<Box>(Vector3(0.15, 0.01, 0.01));
+    const BodyId id = world.add_body(thrown(rod, Vector3(0, 0, 0.4), 1, 6, surface, random));
+    const Scalar weight = kGravity * world.body(id).mass_properties.mass;
+    const Scalar h = i % 8 < 4 ? 0.01 : 0.02;
+    EXPECT_LT(energy_changes(world, {id}, h, 1.5).greatest, 0.3 * weight * 0.15);
+  }
+}
+
+// Every normal force on a round needle passes through its axis. Its spin once changed by thousands
+// of radians per second.
+TEST(ThinBodies, AFrictionlessNeedleKeepsItsSpin) {
+  for (int i = 0; i < 40; ++i) {
+    SCOPED_TRACE(i);
+    std::mt19937_64 random(100 + static_cast<unsigned>(i));
+    const Surface surface{0, i % 2 == 0 ? 0.8 : 0.0};
+    World world(earth_options());
+    world.add_body(i % 4 < 2 ? ground(surface) : floor_body(0, surface.restitution));
+    const auto needle = std::make_shared<Capsule>(0.005, 0.15);
+    const BodyId id = world.add_body(thrown(needle, Vector3(0, 0, 0.4), 0.3, 6, surface, random));
+    const auto spin = [&] {
+      const MotionState state = world.state(id);
+      return state.twist.w_WB.dot(state.X_WB.rotation().col(2));
+    };
+    const Scalar before = spin();
+    const Scalar h = i % 8 < 4 ? 0.01 : 0.0025;
+    for (int k = 0; k < std::lround(1 / h); ++k) world.advance(h);
+    EXPECT_NEAR(spin(), before, surface.restitution > 0 ? 1e-3 : 0.6);
+  }
+}
+
+// A second corner that strikes in the same step bounces, too: it was once stopped.
+TEST(ThinBodies, ABoxBouncesOnTwoCornersInAStep) {
+  for (int i = 0; i < 60; ++i) {
+    SCOPED_TRACE(i);
+    std::mt19937_64 random(300 + static_cast<unsigned>(i));
+    const Surface surface{0, 1};
+    World world(earth_options());
+    world.add_body(ground(surface));
+    const auto box = std::make_shared<Box>(Vector3(0.1, 0.07, 0.05));
+    const BodyId id = world.add_body(thrown(box, Vector3(0, 0, 0.4), 1, 6, surface, random));
+    const Scalar weight = kGravity * world.body(id).mass_properties.mass;
+    const EnergyChanges changes = energy_changes(world, {id}, 0.01, 1.5);
+    EXPECT_LT(changes.greatest, 0.01 * weight * 0.1);
+    EXPECT_GT(changes.least, -0.01 * weight * 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace dyop

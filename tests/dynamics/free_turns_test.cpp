@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "dynamics/step/free_turns.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "dyop/core/rigid_pose.h"
+#include "support/inputs/random_inputs.h"
+
+namespace dyop::dynamics_internal {
+namespace {
+
+using namespace dyop::testing;
+
+struct Spinning {
+  Matrix3 inverse_inertia_B;
+  Matrix3 R_WB;
+  Vector3 L_W;
+};
+
+// Sides of a box from needles to cubes, any axes.
+Spinning random_spinning(Scalar turning, std::mt19937_64& random) {
+  const Vector3 sides_sq(random_magnitude(-3, 0, random), random_magnitude(-1, 0, random), 1);
+  const Vector3 moments(sides_sq.y() + sides_sq.z(), sides_sq.z() + sides_sq.x(),
+                        sides_sq.x() + sides_sq.y());
+  const Matrix3 Q = random_rotation(random).toRotationMatrix();
+  Spinning body;
+  body.inverse_inertia_B = Q * moments.cwiseInverse().asDiagonal() * Q.transpose();
+  body.R_WB = random_rotation(random).toRotationMatrix();
+  body.L_W = turning * random_magnitude(-1, 1, random) * random_direction(random);
+  return body;
+}
+
+Vector3 velocity(const Spinning& body, const Matrix3& R) {
+  return R * (body.inverse_inertia_B * (R.transpose() * body.L_W));
+}
+
+// The oracle: small steps of the midpoint rule, extrapolated.
+Matrix3 turned(const Spinning& body, Scalar tau, int steps) {
+  Matrix3 R = body.R_WB;
+  for (int i = 0; i < steps; ++i) {
+    const Scalar h = tau / steps;
+    const Matrix3 middle = rotation_from_vector(h / 2 * velocity(body, R)) * R;
+    R = rotation_from_vector(h * velocity(body, middle)) * R;
+  }
+  return R;
+}
+
+TEST(MeanFreeVelocity, TakesABodyWhereSmallStepsTakeIt) {
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    SCOPED_TRACE(i);
+    // Turns from 1e-4 to 10 radians in times from 1e-4 to 1e4.
+    const Scalar tau = random_magnitude(-4, 4, random);
+    const Spinning body = random_spinning(random_magnitude(-4, 0, random) / tau, random);
+    const Vector3 w_W = mean_free_velocity(body.inverse_inertia_B, body.R_WB, body.L_W, tau,
+                                           velocity(body, body.R_WB));
+    const Matrix3 end = rotation_from_vector(tau * w_W) * body.R_WB;
+    const Scalar angle = tau * velocity(body, body.R_WB).norm();
+    const int steps = 200 + static_cast<int>(2000 * std::min(angle, Scalar{10}));
+    const Matrix3 coarse = turned(body, tau, steps);
+    const Matrix3 fine = turned(body, tau, 2 * steps);
+    const Matrix3 exact = fine + (fine - coarse) / 3;
+    EXPECT_LT((end - exact).norm(), 3e-6 * std::min(angle, Scalar{1}) + 1e-13);
+    // It keeps its energy.
+    const Scalar energy = body.L_W.dot(velocity(body, body.R_WB));
+    EXPECT_NEAR(body.L_W.dot(velocity(body, end)), energy, 1e-4 * energy);
+  }
+}
+
+TEST(MeanFreeVelocity, IsTheNearestThatLeadsThere) {
+  // About a principal axis, by many rounds.
+  const Matrix3 mobility = Vector3(1, 2, 3).asDiagonal();
+  for (const Scalar rounds : {0.4, 0.6, 1.3, 7.7, -3.2}) {
+    const Vector3 L = 2 * std::numbers::pi * rounds / 2 * Vector3::UnitY();
+    const Vector3 w = mean_free_velocity(mobility, Matrix3::Identity(), L, 1, mobility * L);
+    EXPECT_LT((w - mobility * L).norm(), 1e-9) << rounds;
+  }
+  EXPECT_TRUE(mean_free_velocity(mobility, Matrix3::Identity(), Vector3::Zero(), 1, Vector3::Zero())
+                  .isZero(0));
+}
+
+}  // namespace
+}  // namespace dyop::dynamics_internal
