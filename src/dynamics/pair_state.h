@@ -63,7 +63,8 @@ struct PairState {
   bool is_inner = false;      // belongs to an island of the current step, which proves it
   bool was_too_near = false;  // reported so, and not yet as parted
   bool overlaps = false;      // the shapes overlapped at the start: no distance to keep
-  std::vector<ContactPoint> overlap_contacts;  // then used in place of `contacts`: estimates
+  std::vector<ContactPoint> overlap_contacts;     // then used in place of `contacts`: estimates
+  Vector3 overlap_direction_W = Vector3::Zero();  // in which B is then pushed; zero: not yet known
   // From the last step.
   ProofKind proof = ProofKind::AtRest;
   std::int64_t advancement_steps = 0;

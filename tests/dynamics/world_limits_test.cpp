@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numbers>
 
 #include "dyop/distance/distance.h"
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/primitives.h"
 #include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
@@ -98,7 +100,8 @@ TEST(WorldLimits, TellsWhereTimeGoesIfAsked) {
 // Two bodies that overlap, alone in space: they separate, not faster than asked for, are reported
 // once, and then keep their distance.
 void expect_separation(const std::shared_ptr<const Shape>& a, const RigidPose& X_WA,
-                       const std::shared_ptr<const Shape>& b, const RigidPose& X_WB) {
+                       const std::shared_ptr<const Shape>& b, const RigidPose& X_WB,
+                       BodyKind kind_of_b = BodyKind::Dynamic) {
   WorldOptions options;
   options.separation_speed = 0.5;
   World world(options);
@@ -106,6 +109,7 @@ void expect_separation(const std::shared_ptr<const Shape>& a, const RigidPose& X
   first.initial.X_WB = X_WA;
   BodyDefinition second = dynamic_body("second", b, {0, 0, 0});
   second.initial.X_WB = X_WB;
+  second.kind = kind_of_b;
   const BodyId id_a = world.add_body(first);
   const BodyId id_b = world.add_body(second);
   const BodyId other =
@@ -129,7 +133,9 @@ void expect_separation(const std::shared_ptr<const Shape>& a, const RigidPose& X
   }
   EXPECT_EQ(reported, 1);
   EXPECT_GT(steps_apart, 100);
-  EXPECT_LT(world.momentum().y(), 1e-9);
+  if (kind_of_b == BodyKind::Dynamic) {
+    EXPECT_LT(world.momentum().y(), 1e-9);
+  }
   // What pushed them apart is not kept as velocity.
   EXPECT_LT(world.state(id_a).twist.v_WB.norm(), 0.05);
   EXPECT_LT(world.state(id_b).twist.v_WB.norm(), 0.05);
@@ -153,6 +159,48 @@ TEST(WorldOverlap, SeparatesMeshes) {
   expect_separation(ring, RigidPose(), ball, RigidPose(Vector3(0.1, 0, 0.4)));
   expect_separation(ring, RigidPose(), std::make_shared<Box>(Vector3(0.2, 0.2, 0.2)),
                     RigidPose(Vector3(0.9, 0.1, 0.05)));
+}
+
+using Children = std::vector<CompoundChild>;
+
+std::shared_ptr<const Shape> dumb_bell() {
+  const auto end = std::make_shared<Sphere>(0.2);
+  const Matrix3 z_along_x = rotation_from_vector(Vector3(0, std::numbers::pi / 2, 0));
+  return std::make_shared<CompoundShape>(
+      Children{{end, RigidPose(Vector3(-0.5, 0, 0))},
+               {std::make_shared<Cylinder>(0.1, 0.5), RigidPose(z_along_x, Vector3::Zero())},
+               {end, RigidPose(Vector3(0.5, 0, 0))}});
+}
+
+// Where one child is apart from what another one is stuck in.
+TEST(WorldOverlap, SeparatesCompounds) {
+  const Vector3 along(0.5, 0.1, 0.1);
+  const Vector3 across(0.1, 0.5, 0.1);
+  const RigidPose above(Vector3(0, 0, 0.2));
+  const auto boxes = std::make_shared<CompoundShape>(Children{
+      {std::make_shared<Box>(along), RigidPose()}, {std::make_shared<Box>(across), above}});
+  const auto meshes = std::make_shared<CompoundShape>(
+      Children{{std::make_shared<TriangleMesh>(box_mesh(along).mesh()), RigidPose()},
+               {std::make_shared<TriangleMesh>(box_mesh(across).mesh()), above}});
+  const auto ball = std::make_shared<Sphere>(0.35);
+  const auto box = std::make_shared<Box>(Vector3(0.3, 0.4, 0.35));
+  const Matrix3 R = rotation_from_vector(Vector3(0.5, 0, 1.4));
+  for (const BodyKind kind : {BodyKind::Dynamic, BodyKind::Static}) {
+    for (const auto& cross : {boxes, meshes}) {
+      expect_separation(cross, RigidPose(), ball, RigidPose(Vector3(0, 0.15, 0.1)), kind);
+      expect_separation(cross, RigidPose(), ball, RigidPose(Vector3(0.25, 0.15, 0.1)), kind);
+      expect_separation(cross, RigidPose(), box, RigidPose(R, Vector3(0.25, 0.15, 0.1)), kind);
+    }
+    expect_separation(dumb_bell(), RigidPose(), box, RigidPose(R, Vector3(0, 0.15, 0.1)), kind);
+  }
+}
+
+// Where the shortest way out changes as they turn.
+TEST(WorldOverlap, SeparatesWhatInterlocks) {
+  const auto ring = std::make_shared<TriangleMesh>(torus(0.5, 0.15, 24, 12).mesh());
+  const RigidPose X_WA(rotation_from_vector(Vector3(-0.29, -1.94, 1.33)), Vector3::Zero());
+  const RigidPose X_AB(rotation_from_vector(Vector3(0.52, 0.97, -1.17)), Vector3(0.2, 0, 0.04));
+  expect_separation(dumb_bell(), X_WA, ring, X_WA * X_AB, BodyKind::Static);
 }
 
 TEST(WorldOverlap, LiftsABoxOutOfTheFloorWithoutTurningIt) {

@@ -31,10 +31,13 @@ namespace dyop::dynamics_internal {
 /// A direction is guessed: the penetration of two convex shapes; of meshes the mean normal of the
 /// faces that cross, if there are closed meshes; else the axis along which the bodies' boxes
 /// overlap least. B is taken out along it until `gap` is free, the contacts there are found, and
-/// carried back, so that they have negative gaps. Empty if that does not work out.
+/// carried back, so that they have negative gaps. If none pushes that way, as where B slides along A
+/// on the way out, they push along the direction itself. Empty if that does not work out.
+/// @param nhat_AB_W The last direction, which stays if it still is the shorter way: else bodies that
+/// interlock may be pushed to and fro. Zero if there is none.
 std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose& X_WA,
                                            const BodyRecord& b, const RigidPose& X_WB, Scalar gap,
-                                           ContactWorkspace& workspace);
+                                           Vector3& nhat_AB_W, ContactWorkspace& workspace);
 
 namespace {
 
@@ -91,6 +94,9 @@ Vector3 direction_of(const Shape& a, const RigidPose& X_WA, const Shape& b, cons
   return faces.isZero(0) ? direction_of_boxes(a, X_WA, b, X_WB) : faces;
 }
 
+// Contacts push bodies apart that overlap if their normals are within 60 degrees of the way out.
+constexpr Scalar kPushedCosine = 0.5;
+
 // How far B has to go along the direction to be free, coming from far outside.
 std::optional<Scalar> way_out(const Shape& a, const RigidPose& X_WA, const Shape& b,
                               const RigidPose& X_WB, const Vector3& nhat_AB_W, Scalar gap) {
@@ -111,18 +117,32 @@ std::optional<Scalar> way_out(const Shape& a, const RigidPose& X_WA, const Shape
 
 std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose& X_WA,
                                            const BodyRecord& b, const RigidPose& X_WB, Scalar gap,
-                                           ContactWorkspace& workspace) {
+                                           Vector3& nhat_AB_W, ContactWorkspace& workspace) {
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
-  const Vector3 nhat = direction_of(shape_a, X_WA, shape_b, X_WB);
-  const auto travel = way_out(shape_a, X_WA, shape_b, X_WB, nhat, gap);
+  const Vector3 last = std::exchange(nhat_AB_W, direction_of(shape_a, X_WA, shape_b, X_WB));
+  auto travel = way_out(shape_a, X_WA, shape_b, X_WB, nhat_AB_W, gap);
+  if (!last.isZero(0)) {
+    const auto same_way = way_out(shape_a, X_WA, shape_b, X_WB, last, gap);
+    if (same_way && !(travel && *travel < *same_way)) {
+      nhat_AB_W = last;
+      travel = same_way;
+    }
+  }
+  const Vector3& nhat = nhat_AB_W;
   std::vector<ContactPoint> points;
   if (!travel) return points;
   const RigidPose X_WB_out(X_WB.rotation(), X_WB.translation() + *travel * nhat);
   generate_contacts(shape_a, X_WA, shape_b, X_WB_out, 2 * gap, {}, workspace, points);
   // Only what is pushed on the way out, and not all of it.
-  std::erase_if(points,
-                [&](const ContactPoint& point) { return !(point.nhat_AB_W.dot(nhat) > 0.5); });
+  const auto is_pushed = [&](const ContactPoint& point) {
+    return point.nhat_AB_W.dot(nhat) > kPushedCosine;
+  };
+  if (std::any_of(points.begin(), points.end(), is_pushed)) {
+    std::erase_if(points, [&](const ContactPoint& point) { return !is_pushed(point); });
+  } else {
+    for (ContactPoint& point : points) point.nhat_AB_W = nhat;
+  }
   reduce_contacts({}, points);
   for (ContactPoint& point : points) {
     point.p_WCb -= *travel * nhat;
@@ -786,9 +806,10 @@ bool IslandRun::push_apart(RunPair& pair, const RigidPose& X_WA, const RigidPose
   const bool is_too_near = state.gap_lower <= state.lengths.target + state.lengths.tolerance() / 2;
   if (did_overlap && !state.overlaps && is_too_near) state.uncertified_gap = state.gap_lower / 2;
   state.known_shortest_gap.reset();
+  if (!did_overlap) state.overlap_direction_W.setZero();
   if (!state.overlaps) return false;
-  state.overlap_contacts =
-      estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(), workspace);
+  state.overlap_contacts = estimate_overlap(*pair.a, X_WA, *pair.b, X_WB, state.lengths.rest_gap(),
+                                            state.overlap_direction_W, workspace);
   pair.is_near = !state.overlap_contacts.empty();
   return true;
 }

@@ -95,7 +95,7 @@ class SubstepProblem {
   /// Returns whether that changes so much that the solve must be repeated.
   bool take_end(std::size_t contact, const EndGap& end, Scalar tau);
   /// Whether both bodies move so nearly as when the end was last taken that it is not worth finding
-  /// again: the correction of its gap is the same.
+  /// again: the correction of its gap is the same. Estimates of an overlap have none.
   bool end_is_known(std::size_t contact, Scalar tau) const;
   /// Whether a contact is expected to end nearer than its pair may be.
   bool ends_short(std::size_t contact, Scalar tau) const;
