@@ -503,6 +503,7 @@ void World::Impl::answer_by_callback(AdvanceReport& report) {
 // Overlaps with sensors over a committed step. A body that only passes through within the step
 // gives both events, begin and end.
 void World::Impl::sense(const CommittedStep& step, AdvanceReport& report) {
+  std::set<PairKey> lost = overlapping_sensors;  // that have no pair any more
   for (const auto& pair : pairs) {
     const PairKey key = pair->key;
     const BodyRecord& a = bodies[key.a];
@@ -511,7 +512,7 @@ void World::Impl::sense(const CommittedStep& step, AdvanceReport& report) {
     const BodyId sensor = a.definition.is_sensor ? a.id : b.id;
     const BodyId body = a.definition.is_sensor ? b.id : a.id;
     const Scalar t = step.interval.end;
-    const bool was = overlapping_sensors.contains(key);
+    const bool was = lost.erase(key) > 0;
     const bool is =
         distance(*a.definition.shape, a.X_WB(), *b.definition.shape, b.X_WB()).lower <= 0;
     if (was && !is) {
@@ -533,27 +534,23 @@ void World::Impl::sense(const CommittedStep& step, AdvanceReport& report) {
       report.sensors.push_back({sensor, body, t, false});
     }
   }
-  end_lost_overlaps(step.interval.end, report);
+  end_overlaps(lost, step.interval.end, report);
 }
 
-// What was moved away, disabled or filtered since has no pair any more.
-void World::Impl::end_lost_overlaps(Scalar t, AdvanceReport& report) {
-  if (overlapping_sensors.empty()) return;
-  std::set<PairKey> kept;
-  for (const auto& pair : pairs) kept.insert(pair->key);
-  std::erase_if(overlapping_sensors, [&](const PairKey& key) {
-    if (kept.contains(key)) return false;
+// What was moved away, disabled or filtered since. Bodies at rest may overlap without a pair.
+void World::Impl::end_overlaps(const std::set<PairKey>& lost, Scalar t, AdvanceReport& report) {
+  for (const PairKey& key : lost) {
     const BodyRecord& a = bodies[key.a];
     const BodyRecord& b = bodies[key.b];
     const bool may_overlap = a.is_present() && b.is_present() && is_pair_enabled(key);
     if (may_overlap &&
         distance(*a.definition.shape, a.X_WB(), *b.definition.shape, b.X_WB()).lower <= 0) {
-      return false;
+      continue;
     }
+    overlapping_sensors.erase(key);
     const bool is_a = a.definition.is_sensor;
     report.sensors.push_back({is_a ? a.id : b.id, is_a ? b.id : a.id, t, false});
-    return true;
-  });
+  }
 }
 
 struct WorldSnapshot::State {

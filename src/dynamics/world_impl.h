@@ -107,9 +107,10 @@ struct World::Impl {
 
   void tell_contacts(const std::vector<dynamics_internal::IslandOutcome>& outcomes,
                      AdvanceReport& report);
-  // Sensors (sensing.cpp).
+  // Sensors.
   void sense(const CommittedStep& step, AdvanceReport& report);
-  void end_lost_overlaps(Scalar t, AdvanceReport& report);
+  void end_overlaps(const std::set<dynamics_internal::PairKey>& lost, Scalar t,
+                    AdvanceReport& report);
 
   AdvanceReport advance(Scalar dt, const AdvanceLimits& limits);
   void advance_steps(Scalar dt, const AdvanceLimits& limits, AdvanceReport& report);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/motion/motion.h"
 #include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
@@ -346,6 +347,45 @@ TEST(WorldChanges, ASensorIsCarriedAlongAndMovesNothing) {
   }
 }
 
+// The sensor moves, and the body rests: gone by motion at any speed, or put elsewhere.
+TEST(WorldChanges, ASensorThatMovesLeavesWhatRests) {
+  for (const bool is_put : {false, true}) {
+    for (const Scalar speed : {1.0, 300.0}) {
+      World world;
+      BodyDefinition gate = dynamic_body("gate", std::make_shared<Sphere>(1), {0, 0, 0});
+      gate.is_sensor = true;
+      const BodyId sensor = world.add_body(gate);
+      BodyDefinition post;
+      post.kind = BodyKind::Static;
+      post.shape = std::make_shared<Sphere>(0.1);
+      const BodyId body = world.add_body(post);
+      std::vector<bool> events;
+      const auto run = [&] {
+        for (int k = 0; k < 200; ++k) {
+          for (const SensorEvent& event : world.advance(0.01).sensors) {
+            EXPECT_EQ(event.sensor, sensor);
+            EXPECT_EQ(event.body, body);
+            events.push_back(event.is_overlap);
+          }
+        }
+      };
+      const auto set = [&](Scalar x, Scalar v) {
+        world.set_state(sensor, {RigidPose(Vector3(x, 0, 0)), Twist{{v, 0, 0}, Vector3::Zero()}});
+        run();
+      };
+      run();
+      if (is_put) {
+        set(5 * speed, 0);
+        set(0, 0);
+      } else {
+        set(0, speed);
+        set(world.state(sensor).X_WB.translation().x(), -speed);
+      }
+      EXPECT_EQ(events, (std::vector<bool>{true, false, true})) << is_put << ' ' << speed;
+    }
+  }
+}
+
 // However a body leaves a sensor, the overlap ends once, and begins anew when it is back.
 TEST(WorldChanges, ASensorNoticesWhatIsTakenAwayAndPutBack) {
   using Change = std::function<void(World&, BodyId)>;
@@ -366,7 +406,15 @@ TEST(WorldChanges, ASensorNoticesWhatIsTakenAwayAndPutBack) {
       world.set_filter(id, filter);
     };
   };
+  const auto take_shape = [](Scalar x) -> Change {
+    return [x](World& world, BodyId id) {
+      const auto ball = std::make_shared<Sphere>(0.1);
+      world.set_shape(id, std::make_shared<CompoundShape>(
+                              std::vector<CompoundChild>{{ball, RigidPose(Vector3(x, 0, 0))}}));
+    };
+  };
   const std::pair<Change, Change> changes[] = {{move_to(5), move_to(0)},
+                                               {take_shape(5), take_shape(0)},
                                                {enable(false), enable(true)},
                                                {filter_by(0), filter_by(CollisionFilter{}.mask)}};
   for (const auto& [leave, come_back] : changes) {
