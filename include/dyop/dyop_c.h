@@ -639,7 +639,7 @@ typedef struct dyop_world_options {
   int32_t policy; /* dyop_impact_policy */
   double gravity[3];
   double max_step;        /* 0: one step per call of advance */
-  double target_distance; /* kept, by proof; negative: the default, 1e-4 of the smallest radius */
+  double target_distance; /* kept, by proof; negative: the default, 1e-4 of the smaller size */
   int32_t thread_count;   /* 0: all; never changes the result */
   int32_t reserved;
   void* user;

@@ -11,6 +11,7 @@
 #include "dyop/geometry/half_space.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/steady_motions.h"
+#include "geometry/shape_size.h"
 
 namespace dyop::dynamics_internal {
 namespace {
@@ -83,6 +84,7 @@ BodyRecord make_body_record(BodyId id, const BodyDefinition& definition, Scalar 
   if (!body.is_dynamic()) properties = MassProperties{};
   body.radius_B = definition.shape->bounding_radius();
   body.box_B = definition.shape->bounding_box();
+  body.size = geometry_internal::shape_size(*definition.shape);
   body.radius = radius_about(*definition.shape, properties.p_BoBcm);
   MotionState start = definition.initial;
   if (definition.kind == BodyKind::Static) start.twist = {};

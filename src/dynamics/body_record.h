@@ -28,6 +28,7 @@ struct BodyRecord {
   Scalar radius = 0;  // largest distance of a point of the shape from the centre of mass
   // Cached from the shape: the virtual calls would dominate free flight.
   Scalar radius_B = 0;
+  Scalar size = 0;  // what default lengths go by
   AlignedBox box_B;
   Matrix3 inertia_B = Matrix3::Zero();
   Matrix3 inverse_inertia_B = Matrix3::Zero();

@@ -33,7 +33,7 @@ inline PairKey ordered(std::uint32_t x, std::uint32_t y) {
 struct PairLengths {
   Scalar target = 0;       // d*
   Scalar rest_offset = 0;  // s; less than usual in a close fit, see fit_rest_offsets()
-  Scalar radius = 0;       // the smaller bounding radius
+  Scalar radius = 0;       // the smaller size of its bodies
   Scalar usual_rest_offset = 0;
   Scalar rest_gap() const { return target + rest_offset; }
   Scalar tolerance() const;  // for time_of_impact(), a fraction of the rest offset

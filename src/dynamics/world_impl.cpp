@@ -68,7 +68,7 @@ bool World::Impl::moves_by_itself(const BodyRecord& body, const TimeInterval& in
 
 dynamics_internal::PairLengths World::Impl::lengths_of(PairKey key) const {
   dynamics_internal::PairLengths lengths;
-  lengths.radius = std::min(bodies[key.a].radius_B, bodies[key.b].radius_B);
+  lengths.radius = std::min(bodies[key.a].size, bodies[key.b].size);
   const auto own = pair_target.find(key);
   const Scalar usual = kTargetRadiusFraction * lengths.radius;
   lengths.target = own != pair_target.end() ? own->second : options.target_distance.value_or(usual);

@@ -43,8 +43,8 @@ std::optional<Scalar> tolerance_beside_half_spaces(const std::deque<BodyRecord>&
     if (!body.is_present()) continue;
     if (as_half_space(*body.definition.shape)) {
       has_half_space = true;
-    } else if (body.radius_B > 0) {
-      size = std::min(size, body.radius_B);
+    } else if (body.size > 0) {
+      size = std::min(size, body.size);
     }
   }
   return has_half_space ? std::optional(kDefaultRelativeTolerance * size) : std::nullopt;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <sstream>
 
+#include "dyop/geometry/compound_shape.h"
 #include "dyop/geometry/convex_hull.h"
 #include "dyop/geometry/half_space.h"
 #include "dyop/geometry/primitives.h"
@@ -117,6 +118,26 @@ TEST_F(CheckRecording, ProvesRunsOfWorlds) {
 }
 
 // A ball that swings down to a half-space, as the mover or as the rester.
+// Default distances go by the size of a shape, not by how far it is from its frame's origin.
+TEST_F(CheckRecording, ProvesRunsOfShapesFarFromTheirOrigins) {
+  const auto box = std::make_shared<Box>(Vector3(0.2, 0.15, 0.1));
+  const Vector3 p(3, 4, 0);
+  World world(recorded_options());
+  world.add_body(testing::floor_body(0.5));
+  BodyDefinition body;
+  body.shape = std::make_shared<CompoundShape>(std::vector<CompoundChild>{{box, RigidPose(p)}});
+  body.mass_properties = box->compute_mass_properties(1000);
+  body.mass_properties.p_BoBcm = p;
+  body.initial.X_WB = RigidPose(Vector3(0, 0, 0.12) - p);
+  world.add_body(body);
+  {
+    RecordingWriter writer(file(), RunHeader{});
+    for (int k = 0; k < 30; ++k) writer.write(world.advance(0.01), world);
+    writer.finish();
+  }
+  expect_lawful();
+}
+
 TEST_F(CheckRecording, KnowsHalfSpaces) {
   const auto ball = std::make_shared<Sphere>(1);
   const auto floor = std::make_shared<HalfSpace>(Vector3(0, 0, 2), 3);

@@ -4,7 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 
+#include "dyop/geometry/compound_shape.h"
+#include "dyop/geometry/convex_hull.h"
+#include "dyop/geometry/primitives.h"
+#include "dyop/geometry/triangle_mesh.h"
+#include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
 
 namespace dyop {
@@ -205,6 +211,57 @@ TEST_F(WorldRestOfTwo, WakesWhenItsOwnVelocityIsSet) {
   world_.set_state(upper_, state);
   rest(world_, 0.1);
   EXPECT_NEAR(world_.state(upper_).twist.v_WB.z(), 2 - 0.1 * kGravity, 1e-6);
+}
+
+struct FarShape {
+  std::string name;
+  std::shared_ptr<const Shape> shape;
+};
+
+// A box whose middle is at p in its shape's frame.
+std::vector<FarShape> boxes_at(const Vector3& p) {
+  const Vector3 half(0.2, 0.15, 0.1);
+  const MeshArrays box = box_mesh(half);
+  std::vector<Vector3> vertices;
+  for (const Vector3& vertex : box.vertices) vertices.push_back(vertex + p);
+  const auto mesh = std::make_shared<TriangleMesh>(vertices, box.triangles);
+  const auto part = std::make_shared<Box>(half);
+  return {{"hull", std::make_shared<ConvexHull>(vertices)},
+          {"mesh", mesh},
+          {"compound",
+           std::make_shared<CompoundShape>(std::vector<CompoundChild>{{part, RigidPose(p)}})}};
+}
+
+// As parts in assembly coordinates: where a frame's origin is says nothing about a body.
+TEST(WorldRest, IsAsHighWhereverTheFramesOriginIs) {
+  const Scalar rest_gap = 5e-4 * Vector3(0.2, 0.15, 0.1).norm();
+  for (const Scalar away : {0.0, 1.0, 10.0, 100.0, 1e6, 1e10}) {
+    const Vector3 p(-0.6 * away, 0.8 * away, 0);
+    for (const auto& [name, shape] : boxes_at(p)) {
+      World world(earth_options());
+      world.add_body(floor_body(0.5));
+      BodyDefinition body;
+      body.shape = shape;
+      body.mass_properties = Box(Vector3(0.2, 0.15, 0.1)).compute_mass_properties(1000);
+      body.mass_properties.p_BoBcm = p;
+      body.friction = 0.5;
+      body.initial.X_WB = RigidPose(Vector3(0, 0, 0.2) - p);
+      const BodyId id = world.add_body(body);
+      AdvanceStatus status = AdvanceStatus::Completed;
+      for (int k = 0; k < 100 && status == AdvanceStatus::Completed; ++k) {
+        status = world.advance(kRestStep).status;
+      }
+      const Scalar gap = (world.state(id).X_WB * p).z() - 0.1;
+      if (away < 1e10) {
+        EXPECT_EQ(status, AdvanceStatus::Completed) << name << ' ' << away;
+        EXPECT_NEAR(gap, rest_gap, 0.1 * rest_gap) << name << ' ' << away;
+        EXPECT_TRUE(world.is_asleep(id)) << name << ' ' << away;
+      } else {  // rounding is larger than the gap
+        EXPECT_EQ(status, AdvanceStatus::NumericalLimit) << name;
+        EXPECT_GT(gap, rest_gap) << name;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -31,8 +31,9 @@ using ImpactCallback = std::function<void(const ImpactEvent& event, ImpactStates
 /// How a coefficient of a pair follows from those of its bodies.
 enum class CombineRule { GeometricMean, Mean, Product, Minimum, Maximum };
 
-/// Lengths are per pair; those not given are fractions of the smaller bounding radius r of the
-/// pair, so that no unit is assumed.
+/// Lengths are per pair; those not given are fractions of the smaller size r of its two shapes, so
+/// that no unit is assumed. The size is the bounding radius, but at most half the diagonal of the
+/// bounding box: a shape far from its frame's origin is no larger for it.
 struct WorldOptions {
   Vector3 gravity_W = Vector3::Zero();
   /// For bodies in free flight with their own wrench. The others need no integrator: they fall

@@ -8,7 +8,7 @@ namespace dyop_check {
 namespace {
 
 constexpr std::int64_t kVersion = 3;
-constexpr double kDefaultTarget = 1e-4;  // literal: of the smaller bounding radius of a pair
+constexpr double kDefaultTarget = 1e-4;  // literal: of the smaller size of a pair
 constexpr std::size_t kMostBodies = 10'000'000;
 
 // Null is none.
@@ -86,7 +86,7 @@ class Reader {
       return (x == nullptr) == (y == nullptr) && (x == nullptr || *x == *y);
     };
     return is_same("kind") && is_same("is_sensor") && is_same("shape") && is_same("p_BoBcm") &&
-           is_same("mass") && is_same("inertia") && is_same("bounding_radius");
+           is_same("mass") && is_same("inertia") && is_same("bounding_radius") && is_same("size");
   }
 
   RecordedBody body_from(const Json& line, std::size_t slot, const ShapeReader& shapes) {
@@ -102,6 +102,9 @@ class Reader {
     body.center_of_mass = vector_of(line.at("p_BoBcm").to_numbers(3));
     body.bounding_radius = line.at("bounding_radius").to_number();
     if (body.bounding_radius < 0) throw BadFile("a bounding radius is negative");
+    const Json* size = line.find("size");  // files of earlier versions: the bounding radius
+    body.size = size == nullptr ? body.bounding_radius : size->to_number();
+    if (body.size < 0) throw BadFile("a size is negative");
     body.lines.push_back({body.from, line});
     const std::size_t shape = index_of(line.at("shape"), shapes.count());
     const Vec& center = body.center_of_mass;
@@ -249,7 +252,7 @@ double Recording::target(std::uint32_t a, std::uint32_t b, const Rules& at) cons
   const auto own = at.target_distances.find(ordered(bodies[a].slot, bodies[b].slot));
   if (own != at.target_distances.end()) return own->second;
   if (at.target_distance) return *at.target_distance;
-  return kDefaultTarget * std::min(bodies[a].bounding_radius, bodies[b].bounding_radius);
+  return kDefaultTarget * std::min(bodies[a].size, bodies[b].size);
 }
 
 bool Recording::is_tested(std::uint32_t a, std::uint32_t b, const Rules& at) const {

@@ -48,7 +48,8 @@ struct RecordedBody {
   bool is_sensor = false;
   Vec center_of_mass;  ///< in the body's frame
   std::shared_ptr<const Body> shape;
-  double bounding_radius = 0;     ///< for default distances
+  double bounding_radius = 0;
+  double size = 0;                ///< for default distances
   std::vector<Segment> segments;  ///< in order of time
   std::set<double> placed;        ///< when the caller put it elsewhere
   std::vector<Line> lines;        ///< at least one

@@ -161,10 +161,13 @@ std::optional<AdvanceStatus> QueryLimits::exceeded() const {
 }
 
 Scalar pair_noise(const BodyMove& a, const BodyMove& b) {
-  // Of a half-space what matters is where the other body is.
+  // Of a half-space what matters is where the other body is. Points are given from the origin of
+  // the body's frame.
   const auto radius = [](const BodyMove& move) {
-    const HalfSpace* half_space = as_half_space(*move.body->definition.shape);
-    return half_space ? std::abs(half_space->offset()) : move.body->radius;
+    const BodyDefinition& body = move.body->definition;
+    const HalfSpace* half_space = as_half_space(*body.shape);
+    if (half_space) return std::abs(half_space->offset());
+    return move.body->radius + body.mass_properties.p_BoBcm.norm();
   };
   return kStepNoise * (a.center.norm() + b.center.norm() + radius(a) + radius(b));
 }

@@ -144,10 +144,11 @@ AlignedBox WorldStep::predicted_box(const BodyRecord& body) {
 }
 
 // Half of what the larger of two bodies needs; a pair's lengths are those of its smaller body.
-Scalar WorldStep::reach_of(Scalar radius) const {
-  const Scalar target = world_.options.target_distance.value_or(kTargetRadiusFraction * radius);
-  const Scalar rest_offset = world_.options.rest_offset.value_or(
-      kRestOffsetTargets * (target > 0 ? target : kTargetRadiusFraction * radius));
+Scalar WorldStep::reach_of(Scalar size) const {
+  const Scalar usual = kTargetRadiusFraction * size;
+  const Scalar target = world_.options.target_distance.value_or(usual);
+  const Scalar rest_offset =
+      world_.options.rest_offset.value_or(kRestOffsetTargets * (target > 0 ? target : usual));
   return target + (1 + kContactReachRestOffsets) * rest_offset;
 }
 
@@ -159,7 +160,7 @@ AlignedBox WorldStep::box_around(const HalfSpace& half_space, const RigidPose& X
   Scalar largest = 0;
   Scalar own_target = 0;
   for (const BodyRecord& body : world_.bodies) {
-    if (!as_half_space(*body.definition.shape)) largest = std::max(largest, body.radius_B);
+    if (!as_half_space(*body.definition.shape)) largest = std::max(largest, body.size);
     own_target = std::max(own_target, own_targets_[body.id.slot]);
   }
   const Vector3 normal_W = X_WB.rotation() * half_space.normal();
@@ -196,10 +197,9 @@ AlignedBox WorldStep::box_around(const BodyRecord& body, const RigidPose& X_WB,
   }
   const Vector3 half = X_WB.rotation().cwiseAbs() * (body.box_B.sizes() / 2);
   const Vector3 center = X_WB * Vector3(body.box_B.center());
-  const Scalar radius = body.radius_B;
-  const Scalar reach = reach_of(radius) + own_targets_[body.id.slot];
+  const Scalar reach = reach_of(body.size) + own_targets_[body.id.slot];
   // literal: generous for rounding, costs nothing
-  const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + radius);
+  const Scalar noise = 1e-9 * (center.cwiseAbs().maxCoeff() + body.radius_B);
   const Vector3 grow = half.array() + (travel + reach + noise);
   return {center - grow, center + grow};
 }

@@ -64,7 +64,7 @@ class WorldStep {
   AlignedBox predicted_box(const BodyRecord& body);
   AlignedBox box_around(const BodyRecord& body, const RigidPose& X_WB, Scalar travel) const;
   AlignedBox box_around(const HalfSpace& half_space, const RigidPose& X_WB, Scalar travel) const;
-  Scalar reach_of(Scalar radius) const;
+  Scalar reach_of(Scalar size) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move) const;
   AlignedBox box_of(const BodyRecord& body, const BodyMove& move, const TwistBound& bound) const;
   void merge_pairs(const std::vector<std::pair<std::int32_t, std::int32_t>>& found);

@@ -256,7 +256,7 @@ void bind_option_parts(py::module_& m) {
 
 void bind_world_options(py::module_& m) {
   using O = WorldOptions;
-  Record<O>(m, "WorldOptions", "Options of World; lengths default to parts of bounding radii.")
+  Record<O>(m, "WorldOptions", "Options of World; lengths default to parts of the shapes' sizes.")
       .option<&O::gravity_W>("gravity_W", "numpy.ndarray: (3,) acceleration")
       .option<&O::integrator>("integrator", "IntegratorKind: of free bodies")
       .option<&O::integrator_options>("integrator_options", "IntegratorOptions: its tolerances")
