@@ -141,6 +141,51 @@ TEST(World, StopsAtTheImpactIfAskedTo) {
   EXPECT_GT(world.advance(0.01).t, report.t);
 }
 
+// Also where gravity would cause that speed within a step, and just above the floor.
+TEST(World, NoLongStepHidesAnImpact) {
+  for (const Scalar restitution : {0.0, 0.5}) {
+    for (const Scalar height : {0.02, 0.2, 1.0}) {
+      WorldOptions options = earth_options();
+      options.policy = ImpactPolicy::Stop;
+      World world(options);
+      world.add_body(floor_body(0.5, restitution));
+      const BodyId ball = world.add_body(bouncing_ball(height, restitution));
+      const AdvanceReport report = world.advance(2);
+      EXPECT_EQ(report.status, AdvanceStatus::StoppedAtImpact) << height;
+      EXPECT_EQ(report.impacts.size(), 1U) << height;
+      EXPECT_NEAR(report.t, std::sqrt(2 * height / kGravity), 2e-3) << height;
+      // It is told once: the velocity is the user's to change.
+      MotionState state = world.state(ball);
+      state.twist = {};
+      world.set_state(ball, state);
+      EXPECT_EQ(world.advance(2).status, AdvanceStatus::Completed) << height;
+      EXPECT_NEAR(world.time(), report.t + 2, 1e-12);
+    }
+  }
+}
+
+// Each fall from a hundredth of its height and more.
+TEST(World, ALongStepCallsBackAtEachImpact) {
+  WorldOptions options = earth_options();
+  options.policy = ImpactPolicy::Callback;
+  std::vector<Scalar> times;
+  options.on_impact = [&](const ImpactEvent& event, ImpactStates& states) {
+    times.push_back(event.t);
+    states.b.twist.v_WB *= -0.5;
+  };
+  World world(options);
+  world.add_body(floor_body(0.5, 0));
+  world.add_body(bouncing_ball(1, 0));
+  EXPECT_EQ(world.advance(4).status, AdvanceStatus::Completed);
+  const Scalar fall = std::sqrt(2 / kGravity);
+  ASSERT_GE(times.size(), 4U);
+  Scalar expected = fall;
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(times[k], expected, 5e-3) << k;
+    expected += 2 * fall * std::pow(0.5, k + 1);
+  }
+}
+
 TEST(World, LetsACallbackChangeVelocities) {
   WorldOptions options = earth_options();
   options.policy = ImpactPolicy::Callback;

@@ -410,6 +410,13 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
   return {};
 }
 
+namespace {
+
+// Over sqrt(r a). Impacts are told that are faster than a fall by r / 200, however long the step.
+constexpr Scalar kToldSpeed = 0.1;
+
+}  // namespace
+
 Scalar IslandRun::restitution_speed(const RunPair& pair) const {
   if (context_.options->restitution_speed) {
     // Lower hops end in the band in which landings are found, and are not told from rest.
@@ -423,18 +430,25 @@ Scalar IslandRun::restitution_speed(const RunPair& pair) const {
   };
   const Scalar fastest =
       std::max(speed_of(pair.member_a, *pair.a), speed_of(pair.member_b, *pair.b));
-  return std::max(2 * context_.h * pair.acceleration,
-                  contact_tolerance(fastest, pair.state->lengths.rest_offset, context_.h));
+  Scalar usual = 2 * context_.h * pair.acceleration;
+  if (context_.options->policy != ImpactPolicy::Impulse) {
+    usual = std::min(usual, kToldSpeed * std::sqrt(pair.acceleration * pair.state->lengths.radius));
+  }
+  return std::max(usual, contact_tolerance(fastest, pair.state->lengths.rest_offset, context_.h));
 }
 
 Scalar IslandRun::contact_restitution_speed(const RunPair& pair) const {
   return std::max(restitution_speed(pair), context_.h * pair.acceleration);
 }
 
-// Whether a contact that now opens at this speed will bounce where it lands. Flights then follow a
-// ball to where the sum of its bounces ends, whatever the length of the step.
+// Whether a contact that now opens at this speed will bounce where it lands, or be told as an impact.
+// Flights then follow a ball to where the sum of its bounces ends, whatever the length of the step.
 bool IslandRun::will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const {
-  if (!context_.options->restitution_speed || !(pair.restitution > 0)) return false;
+  const bool is_told = context_.options->policy != ImpactPolicy::Impulse;
+  const bool may_bounce = context_.options->restitution_speed && pair.restitution > 0;
+  if (!may_bounce && !is_told) return false;
+  // What a callback left as it is does not bounce any more.
+  if (speed < 0 && pair.state->answered_at == now_) return false;
   if (impact_count_ >= kMostImpacts) return false;
   const Scalar height = std::max(point.gap - pair.state->lengths.rest_gap(), Scalar{0});
   if (!(speed > 0) && !(height > 0)) return false;

@@ -201,7 +201,7 @@ class IslandRun {
   /// Pose at now() of the frame B of either body of a pair.
   RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
   /// Faster approaches of a pair bounce: those that forces alone do not cause within two steps and
-  /// that a solve of contacts does not leave.
+  /// that a solve of contacts does not leave. Slower ones than those are told as impacts.
   Scalar restitution_speed(const RunPair& pair) const;
   /// The same between bodies in contact, where the step cannot tell an approach from what forces do
   /// in its course: a body at rest would bounce in every step.
