@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "python/bindings.h"
 #include "python/glue/calls.h"
+#include "python/glue/record.h"
 
 namespace {
 
@@ -40,5 +41,6 @@ PYBIND11_MODULE(_dyop, m) {
   dyop::python::bind_haptics(m);
 #endif
   dyop::python::bind_view(m);
+  dyop::python::seal_properties(m);
   dyop::python::explain_refused_calls(m);
 }

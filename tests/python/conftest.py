@@ -105,7 +105,7 @@ def fields_equal(a, b):
     if hasattr(a, "asdict"):
         a, b = a.asdict(), b.asdict()
         return a.keys() == b.keys() and all(fields_equal(a[key], b[key]) for key in a)
-    if isinstance(a, list):
+    if isinstance(a, (list, tuple)):
         return len(a) == len(b) and all(map(fields_equal, a, b))
     if isinstance(a, np.ndarray):
         return a.dtype == b.dtype and a.tobytes() == b.tobytes()

@@ -137,10 +137,12 @@ def plain(text, is_result):
 
 def accepted(kind):
     """What may be given for a value of this type."""
-    inner = re.fullmatch(r"(list|List|Optional)\[(.*)\]", kind)
-    if inner:
-        outer = "Optional" if inner[1] == "Optional" else "Sequence"
-        return f"{outer}[{accepted(inner[2])}]"
+    several = re.fullmatch(r"tuple\[(.*), \.\.\.\]|List\[(.*)\]", kind)
+    if several:
+        return f"Sequence[{accepted(several[1] or several[2])}]"
+    perhaps = re.fullmatch(r"Optional\[(.*)\]", kind)
+    if perhaps:
+        return f"Optional[{accepted(perhaps[1])}]"
     return ACCEPTED.get(kind, kind)
 
 

@@ -62,13 +62,13 @@ def test_links_hit_one_another():
     links = [base, *LINKS[1:], dyop.Link(name="post", shape=dyop.Sphere(0.1))]
     joints = [TURN, REACH, other]
     two = dyop.KinematicChain(links, joints)
-    assert two.self_pairs == [(2, 3)]
+    assert two.self_pairs == ((2, 3),)
     hit = dyop.certify(two, turning(3), dyop.ObstacleSet())
     assert hit.toi.status == dyop.ToiStatus.Impact and {hit.link_a, hit.link_b} == {2, 3}
     off = dyop.certify(two, turning(3), dyop.ObstacleSet(), with_self_collision=False)
     assert off.toi.status == dyop.ToiStatus.Separated
     ignoring = dyop.KinematicChain(links, joints, ignored_pairs=[("tip", "post")])
-    assert ignoring.self_pairs == []
+    assert ignoring.self_pairs == ()
 
 
 def test_poses_of_links(arm):

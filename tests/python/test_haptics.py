@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The haptic loop from Python."""
 
+import copy
 import os
 import pickle
 import subprocess
@@ -162,7 +163,7 @@ def test_snapshots_from_another_thread():
 def test_springs_reset_and_mapping():
     session = make_session()
     press(session, 1)
-    soft = session.coupling
+    soft = copy.copy(session.coupling)
     soft.stiffness = [0.5, 0.5, 0.5]
     session.set_coupling(soft)
     tick = session.update((UP, [0.3, 0.2, 1]), 1e-3)

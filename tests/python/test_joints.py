@@ -290,7 +290,7 @@ def test_joints_and_their_values_are_records():
     world, ground = bench()
     body, hinge = on_axle(world, ground)
     values = world.joint_values(hinge)
-    definition = world.joint(hinge)
+    definition = copy.copy(world.joint(hinge))
     for thing in (values, definition, dyop.SwingTwistLimits(swing=1), dyop.JointMotor(speed=2)):
         assert fields_equal(pickle.loads(pickle.dumps(thing)), thing)
         assert fields_equal(copy.deepcopy(thing), thing)

@@ -61,14 +61,14 @@ def test_what_a_robot_is(robot):
     assert robot.free_count() == 2 and robot.chain.coordinate_count() == 3
     np.testing.assert_array_equal(robot.lower, [-3, -0.4])
     np.testing.assert_array_equal(robot.upper, [3, 0.5])
-    assert robot.masses == [2, 0, 0, 0]
+    assert robot.masses == (2, 0, 0, 0)
     assert robot.links[1].shape is None
     grip = robot.couplings[2]
     assert (grip.free, grip.multiplier, grip.offset) == (1, 0.5, 0.1)
     assert [(p.first, p.second, p.reason) for p in robot.disabled_pairs][1] == (
         "hand", "finger", "User",
     )
-    assert robot.groups[0].name == "all" and robot.groups[0].joints == ["turn"]
+    assert robot.groups[0].name == "all" and robot.groups[0].joints == ("turn",)
     # The claim `Never` is checked; what the user wishes is left out.
     pairs = [(robot.links[a].name, robot.links[b].name) for a, b in robot.chain.self_pairs]
     assert ("hand", "finger") not in pairs and ("base", "finger") in pairs
@@ -244,7 +244,7 @@ def test_a_model_of_mujoco(tmp_path):
     robot = dyop.load_robot(tmp_path / "m.xml")
     again = pickle.loads(pickle.dumps(robot))
     for each in (robot, again):
-        assert each.chain.checked_pairs == [("floor", "post")]
+        assert each.chain.checked_pairs == (("floor", "post"),)
         (pair,) = dyop.decide_link_pairs(each)
         assert pair.verdict == dyop.PairVerdict.Never
     path = dyop.JointPath.linear([0, 1], [[-1.0], [1.0]])
@@ -299,7 +299,7 @@ def test_more_of_paths_and_chains(robot):
     assert path.bound(0)[1] == np.inf or path.bound(0)[0] >= speed
     assert path.largest_value(1) >= 0.4
     assert robot.chain.are_neighbours(0, 2) and not robot.chain.are_neighbours(0, 3)
-    assert robot.chain.ignored_pairs == [("hand", "finger")]
+    assert robot.chain.ignored_pairs == (("hand", "finger"),)
     for bad in (lambda: path.bound(0, (-1, 1)), lambda: path.bound(0, (0, np.nan))):
         with pytest.raises(dyop.InvalidArgument, match="domain"):
             bad()

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
+import copy
 import json
 import os
 import pickle
@@ -39,7 +40,7 @@ def test_a_scene_has_its_parts(scene_file):
 
 def test_options_replace_those_of_the_scene(scene_file):
     scene = dyop.load_scene(scene_file)
-    options = scene.options
+    options = copy.copy(scene.options)
     options.gravity_W = (0, 0, 0)
     world = dyop.make_world(scene, options)
     before = world.momentum()

@@ -79,8 +79,8 @@ def test_the_nearest_and_the_overlapping_are_those_of_all_distances(crowd, gener
         if gaps.min() > 0:
             assert found.distance.lower - 1e-9 <= gaps.min() <= found.distance.upper + 1e-9
         near = world.overlaps(probe, ((1, 0, 0, 0), p), max_distance=2)
-        assert near.bodies == [b for b, gap in zip(bodies, gaps) if gap <= 2]
-        assert near.undecided == []
+        assert near.bodies == tuple(b for b, gap in zip(bodies, gaps) if gap <= 2)
+        assert near.undecided == ()
 
 
 def test_a_cast_shape_stops_where_the_formula_says(crowd):

@@ -20,14 +20,14 @@ std::string cut(std::string text, std::size_t most) {
 }
 
 std::string short_repr(const py::object& value) {
-  if (!py::isinstance<py::list>(value)) return cut(py::repr(value), kShownLetters);
-  const py::list items = value;
-  std::string text = "[";
+  if (!py::isinstance<py::tuple>(value)) return cut(py::repr(value), kShownLetters);
+  const py::tuple items = value;
+  std::string text = "(";
   for (std::size_t i = 0; i < std::min(items.size(), kShownItems); ++i) {
     text += (i > 0 ? ", " : "") + short_repr(items[i]);
   }
   if (items.size() > kShownItems) text += ", ... of " + std::to_string(items.size());
-  return text + ']';
+  return text + (items.size() == 1 ? ",)" : ")");
 }
 
 std::string names_of(const FieldList& fields) {
@@ -36,7 +36,79 @@ std::string names_of(const FieldList& fields) {
   return names;
 }
 
+// The holder of a record that Python owns; null for what is part of another one, or no record.
+FreezableHolder* holder_of(py::handle object) {
+  auto* base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
+  if (PyObject_TypeCheck(object.ptr(), base) == 0) return nullptr;
+  const auto& types = py::detail::all_type_info(Py_TYPE(object.ptr()));
+  // The class that C++ made: one of Python may have what it likes.
+  if (types.size() != 1) return nullptr;
+  if (PyDict_GetItemString(types[0]->type->tp_dict, "_fields") == nullptr) return nullptr;
+  const auto holder = reinterpret_cast<py::detail::instance*>(object.ptr())->get_value_and_holder();
+  return holder.holder_constructed() ? &holder.holder<FreezableHolder>() : nullptr;
+}
+
+void require_unfrozen(py::handle record, const std::string& field) {
+  if (!is_frozen(record)) return;
+  throw py::attribute_error(
+      "cannot set " + field + ": this " +
+      std::string(py::str(py::type::handle_of(record).attr("__name__"))) +
+      " is a copy of a part of another object; change copy.copy() of it, and assign that");
+}
+
+// Not a view of what another kind of object holds.
+bool owns_memory(py::object array) {
+  while (py::isinstance<py::array>(array)) array = array.attr("base");
+  return array.is_none();
+}
+
+template <typename Sequence>
+py::tuple sealed_items(const Sequence& items) {
+  py::tuple sealed_ones(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) sealed_ones[i] = sealed(items[i]);
+  return sealed_ones;
+}
+
+void seal_properties_of(const py::object& type) {
+  const py::object property = py::module_::import("builtins").attr("property");
+  const py::object fields = py::getattr(type, "_fields", py::tuple());
+  const py::dict members = py::dict(type.attr("__dict__"));
+  for (const auto& [name, member] : members) {
+    // Those of records are sealed where that is called for.
+    if (!py::type::handle_of(member).is(property) || fields.contains(name)) continue;
+    const py::cpp_function get([get = py::object(member.attr("fget"))](const py::object& self) {
+      return sealed(get(self));
+    });
+    type.attr(name) = property(get, member.attr("fset"), py::none(), member.attr("__doc__"));
+  }
+}
+
 }  // namespace
+
+bool is_frozen(py::handle record) {
+  const FreezableHolder* holder = holder_of(record);
+  return holder != nullptr && holder->is_frozen;
+}
+
+py::object sealed(py::object value) {
+  if (PyList_CheckExact(value.ptr())) return sealed_items(py::list(value));
+  if (PyTuple_CheckExact(value.ptr())) return sealed_items(py::tuple(value));
+  if (py::isinstance<py::array>(value)) {
+    if (owns_memory(value)) value.attr("flags").attr("writeable") = false;
+  } else if (FreezableHolder* holder = holder_of(value)) {
+    holder->is_frozen = true;
+  }
+  return value;
+}
+
+void seal_properties(py::module_& m) {
+  const py::dict members = m.attr("__dict__");
+  for (const auto& [name, member] : members) {
+    if (PyType_Check(member.ptr()) && !py::hasattr(member, "__members__")) {
+      seal_properties_of(py::reinterpret_borrow<py::object>(member));
+    }
+  }
+}
 
 void finish_record(const py::object& type, const FieldList& fields,
                    void* (*pointer_of)(py::handle)) {
@@ -75,12 +147,13 @@ void finish_record(const py::object& type, const FieldList& fields,
 void add_property(const py::object& type, const Field& field, const char* doc, bool is_writable,
                   void* (*pointer_of)(py::handle)) {
   const py::cpp_function get([get = field.get, pointer_of, is_writable](py::handle self) {
-    return get(pointer_of(self), is_writable ? self : py::handle());
+    return get(pointer_of(self), is_writable && !is_frozen(self) ? self : py::handle());
   });
   py::object set = py::none();
   if (is_writable) {
     set = py::cpp_function(
         [set = field.set, pointer_of, name = field.name](py::handle self, py::handle value) {
+          require_unfrozen(self, name);
           try {
             set(pointer_of(self), value);
           } catch (const py::cast_error&) {

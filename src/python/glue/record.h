@@ -3,6 +3,7 @@
 
 #include <pybind11/stl.h>
 
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -13,11 +14,64 @@
 
 namespace dyop::python {
 
+// No write from Python is lost silently. What a property gives is a part of its owner, so that
+// writing changes the owner; or it cannot be written: a tuple, a read-only array, or a frozen
+// record, whose fields refuse to be set.
+
+/// The part of a record's holder that does not depend on its type.
+struct FreezableHolder {
+  bool is_frozen = false;
+};
+
+/// What owns a record that Python made or was given a copy of.
+template <typename T>
+class RecordHolder : public FreezableHolder {
+ public:
+  RecordHolder() = default;
+  explicit RecordHolder(T* record) : record_(record) {}
+  T* get() const { return record_.get(); }
+
+ private:
+  std::unique_ptr<T> record_;
+};
+
+/// Whether a record refuses writes. False for any other object.
+bool is_frozen(py::handle record);
+/// A value that no other object has, made such that writing into it is refused: lists as tuples,
+/// arrays read-only, records frozen, and what is in them. Other objects as they are.
+py::object sealed(py::object value);
+/// To be called when everything is bound: properties that no Record has made give sealed values.
+void seal_properties(py::module_& m);
+/// Returned by a method that looks something up: a sealed record.
+template <typename T>
+struct LookedUp {
+  T record;
+};
+
+}  // namespace dyop::python
+
+namespace pybind11::detail {
+
+template <typename T>
+struct is_holder_type<T, dyop::python::RecordHolder<T>> : std::true_type {};
+
+template <typename T>
+struct type_caster<dyop::python::LookedUp<T>> {
+  PYBIND11_TYPE_CASTER(dyop::python::LookedUp<T>, make_caster<T>::name);
+  static handle cast(const dyop::python::LookedUp<T>& found, return_value_policy, handle) {
+    return dyop::python::sealed(pybind11::cast(found.record)).release();
+  }
+};
+
+}  // namespace pybind11::detail
+
+namespace dyop::python {
+
 /// A named member of a struct, reached through a pointer to the struct.
 struct Field {
   std::string name;
-  /// With an owner, a record within the record is that one itself, so that its fields can be set;
-  /// without, a copy.
+  /// With an owner, an array or record within the record is that one itself, so that it can be
+  /// changed; without, a sealed copy.
   py::object (*get)(const void* record, py::handle owner);
   void (*set)(void* record, py::handle value);
 };
@@ -45,6 +99,40 @@ struct MemberTraits<Value Class::*> {
 template <typename Value>
 inline constexpr bool kIsRecord =
     std::is_base_of_v<py::detail::type_caster_base<Value>, py::detail::make_caster<Value>>;
+
+/// An array over a vector or matrix of `owner`, which it keeps alive.
+template <typename Value>
+py::array part_of_owner(const Value& value, py::handle owner) {
+  constexpr py::ssize_t kRows = Value::RowsAtCompileTime;
+  constexpr py::ssize_t kColumns = Value::ColsAtCompileTime;
+  constexpr py::ssize_t kWidth = sizeof(double);
+  static_assert(!Value::IsRowMajor);
+  std::vector<py::ssize_t> shape{kRows};
+  std::vector<py::ssize_t> strides{kWidth};
+  if constexpr (kColumns > 1) {
+    shape.push_back(kColumns);
+    strides.push_back(kRows * kWidth);
+  }
+  return {py::dtype::of<double>(), shape, strides, value.data(), owner};
+}
+
+/// A member as a property gives it: see Field::get.
+template <typename Value>
+py::object member_of(const Value& value, py::handle owner) {
+  if constexpr (kIsRecord<Value>) {
+    if (owner) {
+      return py::cast(&value, py::return_value_policy::reference_internal, owner);
+    }
+  }
+  if constexpr (std::is_same_v<Value, Vector3> || std::is_same_v<Value, Matrix3>) {
+    if (owner) return part_of_owner(value, owner);
+  }
+  if constexpr (std::is_same_v<Value, std::string>) {
+    return readable(value);
+  } else {
+    return sealed(py::cast(value, py::return_value_policy::copy));
+  }
+}
 
 /// What is read from Python for a member of this type.
 template <typename Value>
@@ -94,7 +182,7 @@ class Record {
     finish_record(type, fields, &pointer_of);
   }
 
-  py::class_<T, Bases...> type;
+  py::class_<T, RecordHolder<T>, Bases...> type;
   FieldList fields;
 
  private:
@@ -104,19 +192,8 @@ class Record {
   Record& add(const char* name, const char* doc, bool is_writable) {
     using Value = typename MemberTraits<decltype(kMember)>::ValueType;
     return custom({name,
-                   [](const void* record, [[maybe_unused]] py::handle owner) {
-                     const Value& value = static_cast<const T*>(record)->*kMember;
-                     if constexpr (kIsRecord<Value>) {
-                       if (owner) {
-                         return py::cast(&value, py::return_value_policy::reference_internal,
-                                         owner);
-                       }
-                     }
-                     if constexpr (std::is_same_v<Value, std::string>) {
-                       return py::object(readable(value));
-                     } else {
-                       return py::cast(value, py::return_value_policy::copy);
-                     }
+                   [](const void* record, py::handle owner) {
+                     return member_of<Value>(static_cast<const T*>(record)->*kMember, owner);
                    },
                    [](void* record, py::handle value) {
                      static_cast<T*>(record)->*kMember = value_of<Value>(value);

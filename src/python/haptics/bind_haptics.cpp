@@ -250,8 +250,9 @@ void bind_scene(py::module_& m) {
       .option<&ToolObstacle::role>("role", "ObstacleRole: how the tool treats it")
       .option<&ToolObstacle::shape>("shape", "Optional[Shape]: rigid; or vertices and triangles")
       .option<&ToolObstacle::X_WO>("X_WO", "RigidPose: pose of the shape")
-      .custom(vertices_field<ToolObstacle>(), "numpy.ndarray: (N, 3) at the start, world; a copy")
-      .custom(triangles_field<ToolObstacle>(), "numpy.ndarray: (M, 3) int32; a copy")
+      .custom(vertices_field<ToolObstacle>(),
+              "numpy.ndarray: (N, 3) at the start, world; read-only")
+      .custom(triangles_field<ToolObstacle>(), "numpy.ndarray: (M, 3) int32; read-only")
       .option<&ToolObstacle::margin>("margin", "float: distance that is kept, length, >= 0")
       .option<&ToolObstacle::friction>("friction", "float: Coulomb's, >= 0; Tissue only")
       .option<&ToolObstacle::soft_stiffness>("soft_stiffness",
@@ -263,20 +264,20 @@ void bind_scene(py::module_& m) {
       .option<&ToolTrocar::axis_T>("axis_T", "numpy.ndarray: (3,), along it, tool frame")
       .finish();
   Record<HapticTool>(m, "HapticTool", "A tool beside the first one of a scene, in another hand.")
-      .option<&HapticTool::parts>("parts", "list[ToolPart]: a copy; assign a whole list")
-      .option<&HapticTool::hinges>("hinges", "list[ToolHinge]: at most four; as parts")
+      .option<&HapticTool::parts>("parts", "tuple[ToolPart, ...]: assign all of them")
+      .option<&HapticTool::hinges>("hinges", "tuple[ToolHinge, ...]: at most four")
       .option<&HapticTool::X_WT>("X_WT", "RigidPose: where it starts")
-      .option<&HapticTool::trocar>("trocar", "Optional[ToolTrocar]: a copy; as parts")
+      .option<&HapticTool::trocar>("trocar", "Optional[ToolTrocar]: that its shaft must pass")
       .option<&HapticTool::coupling>("coupling",
                                      "Optional[CouplingOptions]: None: HapticOptions.coupling")
       .finish();
   Record<HapticScene>(m, "HapticScene", "Everything a HapticSession needs; any consistent units.")
-      .option<&HapticScene::tool>("tool", "list[ToolPart]: a copy; assign a whole list")
-      .option<&HapticScene::hinges>("hinges", "list[ToolHinge]: at most four; as tool")
-      .option<&HapticScene::obstacles>("obstacles", "list[ToolObstacle]: as tool")
+      .option<&HapticScene::tool>("tool", "tuple[ToolPart, ...]: assign all of them")
+      .option<&HapticScene::hinges>("hinges", "tuple[ToolHinge, ...]: at most four")
+      .option<&HapticScene::obstacles>("obstacles", "tuple[ToolObstacle, ...]: assign all of them")
       .option<&HapticScene::X_WT>("X_WT", "RigidPose: where the tool starts")
-      .option<&HapticScene::trocar>("trocar", "Optional[ToolTrocar]: a copy; as tool")
-      .option<&HapticScene::more_tools>("more_tools", "list[HapticTool]: at most three; as tool")
+      .option<&HapticScene::trocar>("trocar", "Optional[ToolTrocar]: that its shaft must pass")
+      .option<&HapticScene::more_tools>("more_tools", "tuple[HapticTool, ...]: at most three")
       .option<&HapticScene::tool_margin>("tool_margin", "float: distance between tools, >= 0")
       .option<&HapticScene::tool_friction>("tool_friction", "float: Coulomb's, between tools")
       .finish();
@@ -319,7 +320,8 @@ void bind_contacts_of_ticks(py::module_& m) {
       .value("Slip", ContactState::Slip, "On the cone, or there is no friction.");
   Record<SurfacePoint>(m, "SurfacePoint", "A point of a deforming obstacle's mesh.")
       .option<&SurfacePoint::triangle>("triangle", "int: number")
-      .option<&SurfacePoint::weights>("weights", "list[float]: barycentric coordinates, three")
+      .option<&SurfacePoint::weights>("weights",
+                                      "tuple[float, ...]: barycentric coordinates, three")
       .finish();
   using P = ToolContactPoint;
   Record<P>(m, "ToolContactPoint", "A place where the proxy is held back, or may soon be.")
@@ -367,20 +369,23 @@ void bind_status(py::module_& m) {
 
 void bind_poses_of_ticks(py::module_& m) {
   py::class_<DevicePose>(m, "DevicePose", "Input from a device: raw numbers, unchecked.")
-      .def(py::init([](const py::object& pose, const std::vector<Scalar>& angles) {
-             return device_of(pose, angles);
+      .def(py::init([](const py::object& pose, const std::vector<Scalar>& angles,
+                       std::uint32_t buttons) {
+             DevicePose device = device_of(pose, angles);
+             device.buttons = buttons;
+             return device;
            }),
-           py::arg("pose"), py::arg("angles") = std::vector<Scalar>(),
-           "The pose of the device, and what it asks of the hinges, radians.")
+           py::arg("pose"), py::arg("angles") = std::vector<Scalar>(), py::arg("buttons") = 0,
+           "The pose of the device, what it asks of the hinges, radians, and its buttons.")
       .def_readonly("p_WD", &DevicePose::p_WD, "numpy.ndarray: (3,)")
       .def_property_readonly(
           "q_WD",
           [](const DevicePose& d) {
             return std::array<Scalar, 4>{d.q_WD.w(), d.q_WD.x(), d.q_WD.y(), d.q_WD.z()};
           },
-          "list[float]: w, x, y, z")
-      .def_readonly("angles", &DevicePose::angles, "list[float]: of four hinges")
-      .def_readwrite("buttons", &DevicePose::buttons, "int: one bit each, for the caller")
+          "tuple[float, ...]: w, x, y, z")
+      .def_readonly("angles", &DevicePose::angles, "tuple[float, ...]: of four hinges")
+      .def_readonly("buttons", &DevicePose::buttons, "int: one bit each, for the caller")
       .def(py::pickle(
           [](const DevicePose& d) {
             const std::array<Scalar, 4> q{d.q_WD.w(), d.q_WD.x(), d.q_WD.y(), d.q_WD.z()};
@@ -394,7 +399,7 @@ void bind_poses_of_ticks(py::module_& m) {
           }));
   Record<ToolPose>(m, "ToolPose", "Where the tool is: the proxy.")
       .option<&ToolPose::X_WT>("X_WT", "RigidPose: of the tool frame")
-      .option<&ToolPose::angles>("angles", "list[float]: of four hinges")
+      .option<&ToolPose::angles>("angles", "tuple[float, ...]: of four hinges")
       .finish();
   Record<ToolWaypoint>(m, "ToolWaypoint", "The tool at a time of a tick.")
       .field<&ToolWaypoint::time>("time", "float: since the start of the tick")
@@ -436,23 +441,23 @@ void bind_tick(py::module_& m) {
   Record<T>(m, "HapticTick", "Result of HapticSession.update().")
       .field<&T::status>("status", "HapticStatus: how it ended")
       .field<&T::tool>("tool", "ToolPose: where the tool is")
-      .field<&T::path>("path", "list[ToolWaypoint]: the start, then the end of each motion")
-      .field<&T::path_progress>("path_progress",
-                                "list[ObstacleProgress]: at each waypoint, one for each obstacle")
+      .field<&T::path>("path", "tuple[ToolWaypoint, ...]: the start, then the end of each motion")
+      .field<&T::path_progress>(
+          "path_progress", "tuple[ObstacleProgress, ...]: at each waypoint, one for each obstacle")
       .field<&T::wrench>("wrench", "ToolWrench: on the hand")
-      .field<&T::contacts>("contacts", "list[ToolContactPoint]: that held the tool")
-      .field<&T::candidates>("candidates", "list[ToolContactPoint]: near, without force")
-      .field<&T::impulses>("impulses", "list[ToolImpulse]: over the whole tick")
+      .field<&T::contacts>("contacts", "tuple[ToolContactPoint, ...]: that held the tool")
+      .field<&T::candidates>("candidates", "tuple[ToolContactPoint, ...]: near, without force")
+      .field<&T::impulses>("impulses", "tuple[ToolImpulse, ...]: over the whole tick")
       .field<&T::trocar_force_W>("trocar_force_W", "numpy.ndarray: (3,), of a trocar on the tool")
-      .field<&T::clearances>("clearances", "list[ToolClearance]: one for each obstacle")
-      .field<&T::tool_contacts>("tool_contacts", "list[ToolContactPoint]: with other tools")
-      .field<&T::tool_clearances>("tool_clearances", "list[ToolClearance]: one for each tool")
+      .field<&T::clearances>("clearances", "tuple[ToolClearance, ...]: one for each obstacle")
+      .field<&T::tool_contacts>("tool_contacts", "tuple[ToolContactPoint, ...]: with other tools")
+      .field<&T::tool_clearances>("tool_clearances", "tuple[ToolClearance, ...]: one for each tool")
       .field<&T::energy_returned>("energy_returned", "float: to the hand so far")
       .field<&T::tissue_stopped>("tissue_stopped", "float: time of this tick")
       .field<&T::tissue_lag>("tissue_lag", "float: behind the newest snapshot")
       .field<&T::tissue_behind>("tissue_behind", "float: behind the session's time")
-      .field<&T::snapshots>("snapshots", "list[int]: given to each obstacle before")
-      .field<&T::progress>("progress", "list[ObstacleProgress]: of each obstacle")
+      .field<&T::snapshots>("snapshots", "tuple[int, ...]: given to each obstacle before")
+      .field<&T::progress>("progress", "tuple[ObstacleProgress, ...]: of each obstacle")
       .field<&T::time>("time", "float: at its end")
       .field<&T::cutoff>("cutoff", "Optional[TickCutoff]: if it was cut off")
       .custom(seconds_field<T, &T::latency>("latency"), "float: of the call, seconds", false)
@@ -571,7 +576,7 @@ void bind_updates(SessionClass& session) {
           "int: of the scene")
       .def_property_readonly(
           "last", [](PythonSession& self) { return self.own().last(); },
-          "HapticTick: of the first tool, a copy")
+          "HapticTick: of the first tool")
       .def_property_readonly(
           "time", [](PythonSession& self) { return self.own().time(); }, "float: elapsed");
 }
@@ -587,7 +592,7 @@ void bind_springs(SessionClass& session) {
           "Other springs: lower stiffness at once, higher when the tool is where the device is.")
       .def_property_readonly(
           "coupling", [](PythonSession& self) { return self.own().coupling(); },
-          "CouplingOptions: the first tool's springs that act now, a copy")
+          "CouplingOptions: the first tool's springs that act now")
       .def(
           "reset",
           [](PythonSession& self, const ToolPose& tool, std::size_t index) {
@@ -680,7 +685,7 @@ void bind_report(py::module_& m) {
       .def_readonly("device", &TickRecord::device, "DevicePose: its input")
       .def_readonly("dt", &TickRecord::dt, "float: seconds")
       .def_readonly("tick", &TickRecord::tick, "HapticTick: its result")
-      .def_readonly("others", &TickRecord::others, "list[ToolRecord]: of further tools");
+      .def_readonly("others", &TickRecord::others, "tuple[ToolRecord, ...]: of further tools");
   py::class_<ToolRecord>(m, "ToolRecord", "A tool's part of a tick.")
       .def_readonly("device", &ToolRecord::device, "DevicePose: its input")
       .def_readonly("tick", &ToolRecord::tick, "HapticTick: its result");

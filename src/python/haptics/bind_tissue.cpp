@@ -162,7 +162,7 @@ Field fixed_field() {
               corners.push_back(box.min());
               corners.push_back(box.max());
             }
-            return py::object(copy_of(corners).attr("reshape")(boxes.size(), 2, 3));
+            return sealed(copy_of(corners).attr("reshape")(boxes.size(), 2, 3));
           },
           [](void* r, py::handle value) {
             const py::object array = py::module_::import("numpy").attr("asarray")(value);
@@ -204,10 +204,11 @@ void bind_tissue_options(py::module_& m) {
       .option<&O::cube_edge>("cube_edge", "float: of the lattice's cubes, length, > 0")
       .option<&O::period>("period", "float: of a step, time, > 0")
       .option<&O::gravity_W>("gravity_W", "numpy.ndarray: (3,), length per time squared")
-      .custom(fixed_field(),
-              "numpy.ndarray: (N, 2, 3), a copy: boxes from their least to their largest corner, "
-              "world, at rest; nodes inside never move, which holds the tissue there to within a "
-              "cube. About a single point: a box one cube_edge wide")
+      .custom(
+          fixed_field(),
+          "numpy.ndarray: (N, 2, 3), read-only: boxes from their least to their largest corner, "
+          "world, at rest; nodes inside never move, which holds the tissue there to within a "
+          "cube. About a single point: a box one cube_edge wide")
       .option<&O::tolerance>("tolerance", "float: relative, of a step's velocities, 0 to 1")
       .option<&O::most_iterations>("most_iterations", "int: of a solve, >= 1")
       .finish();
@@ -245,8 +246,8 @@ void bind_tissue_results(py::module_& m) {
       .field<&CutReport::parts>("parts", "int: of the tissue that are not connected")
       .finish();
   Record<TissueMesh>(m, "TissueMesh", "Another mesh that a deforming obstacle goes on as.")
-      .custom(vertices_field<TissueMesh>(), "numpy.ndarray: (N, 3), world, a copy")
-      .custom(triangles_field<TissueMesh>(), "numpy.ndarray: (M, 3) int32, a copy")
+      .custom(vertices_field<TissueMesh>(), "numpy.ndarray: (N, 3), world, read-only")
+      .custom(triangles_field<TissueMesh>(), "numpy.ndarray: (M, 3) int32, read-only")
       .finish();
 }
 
@@ -254,7 +255,7 @@ void bind_joint_records(py::module_& m) {
   using T = JointTool;
   Record<T>(m, "JointTool", "The tool on its springs, as step_jointly() sees it.")
       .option<&T::coupling>("coupling", "CouplingOptions: its springs, of which none may be 0")
-      .option<&T::hinges>("hinges", "list[ToolHinge]: a copy; assign a whole list")
+      .option<&T::hinges>("hinges", "tuple[ToolHinge, ...]: assign all of them")
       .option<&T::tool>("tool", "ToolPose: where the contacts were found")
       .option<&T::device>("device", "ToolPose: to where the springs pull it")
       .option<&T::start>("start", "Optional[ToolPose]: when the step begins; None: as tool")
@@ -267,11 +268,11 @@ void bind_joint_records(py::module_& m) {
       .field<&R::rounds>("rounds", "int: of the contacts' solves")
       .field<&R::is_exact>("is_exact", "bool: every contact was found open, sticking or slipping")
       .field<&R::springs_share>("springs_share", "float: of the contacts' compliance, 0 to 1")
-      .field<&R::tools>("tools", "list[ToolPose]: at the step's end")
+      .field<&R::tools>("tools", "tuple[ToolPose, ...]: at the step's end")
       .finish();
   Record<ModelledTool>(m, "ModelledTool", "A further tool of a session with a SoftTissueModel.")
       .option<&ModelledTool::coupling>("coupling", "CouplingOptions: its springs")
-      .option<&ModelledTool::hinges>("hinges", "list[ToolHinge]: a copy; assign a whole list")
+      .option<&ModelledTool::hinges>("hinges", "tuple[ToolHinge, ...]: assign all of them")
       .finish();
   Record<ModelledCut>(m, "ModelledCut", "A cut of a SoftTissueModel.")
       .option<&ModelledCut::steps>("steps", "int: after so many steps, >= 0")
@@ -281,11 +282,11 @@ void bind_joint_records(py::module_& m) {
   Record<O>(m, "ModelledObstacle", "What a SoftTissueModel needs to know: modelled_obstacle().")
       .option<&O::coupling>("coupling",
                             "CouplingOptions: of the first tool, of which none may be 0")
-      .option<&O::hinges>("hinges", "list[ToolHinge]: of the first tool; assign a whole list")
+      .option<&O::hinges>("hinges", "tuple[ToolHinge, ...]: of the first tool; assign a whole list")
       .option<&O::rest_gap>("rest_gap", "float: the obstacle's margin plus the rest offset")
       .option<&O::friction>("friction", "float: Coulomb's, >= 0")
-      .option<&O::more_tools>("more_tools", "list[ModelledTool]: as hinges")
-      .option<&O::cuts>("cuts", "list[ModelledCut]: in order of time; as hinges")
+      .option<&O::more_tools>("more_tools", "tuple[ModelledTool, ...]: as hinges")
+      .option<&O::cuts>("cuts", "tuple[ModelledCut, ...]: in order of time; as hinges")
       .finish();
 }
 
@@ -301,11 +302,12 @@ void bind_news(py::module_& m) {
   using N = TissueNews;
   Record<N>(m, "TissueNews", "What a model of tissue is told when a snapshot is wanted of it.")
       .option<&N::number>("number", "int: of the snapshot, counted from 1")
-      .option<&N::tools>("tools", "list[ToolNews]: all of the session; a copy")
+      .option<&N::tools>("tools", "tuple[ToolNews, ...]: all of the session")
       .option<&N::progress>("progress", "ObstacleProgress: at the end of the last tick")
-      .option<&N::contacts>("contacts",
-                            "list[ToolContactPoint]: where tools touch the obstacle or soon may, "
-                            "without forces; a copy")
+      .option<&N::contacts>(
+          "contacts",
+          "tuple[ToolContactPoint, ...]: where tools touch the obstacle or soon may, "
+          "without forces")
       .finish();
 }
 
@@ -378,7 +380,7 @@ void bind_making_tissue(TissueClass& tissue) {
       .def_property_readonly(
           "options",
           [](PythonTissue& self) { return self.use([](const auto& t) { return t.options(); }); },
-          "SoftTissueOptions: a copy")
+          "SoftTissueOptions: those it was made with")
       .def_property_readonly(
           "cube_count",
           [](PythonTissue& self) { return self.use([](const auto& t) { return t.cube_count(); }); },
@@ -389,10 +391,10 @@ void bind_making_tissue(TissueClass& tissue) {
           "int: of the lattice")
       .def_property_readonly(
           "vertices", [](PythonTissue& self) { return copy_of(self.use(kVertices)); },
-          "numpy.ndarray: (N, 3), of the surface, now, in world; a copy")
+          "numpy.ndarray: (N, 3), of the surface, now, in world; read-only")
       .def_property_readonly(
           "triangles", [](PythonTissue& self) { return copy_of(self.use(kTriangles)); },
-          "numpy.ndarray: (M, 3) int32, changed by cut() alone; a copy");
+          "numpy.ndarray: (M, 3) int32, changed by cut() alone; read-only");
 }
 
 void bind_moving_tissue(TissueClass& tissue) {
@@ -528,19 +530,19 @@ void bind_looking_at_model(SoftModelClass& model) {
           [](PythonTissueModel& self) {
             return copy_of(self.use([](const auto& s) { return kVertices(s.tissue()); }));
           },
-          "numpy.ndarray: (N, 3), of the newest step; a copy")
+          "numpy.ndarray: (N, 3), of the newest step; read-only")
       .def_property_readonly(
           "triangles",
           [](PythonTissueModel& self) {
             return copy_of(self.use([](const auto& s) { return kTriangles(s.tissue()); }));
           },
-          "numpy.ndarray: (M, 3) int32; a copy")
+          "numpy.ndarray: (M, 3) int32; read-only")
       .def_property_readonly(
           "options",
           [](PythonTissueModel& self) {
             return self.use([](const auto& s) { return s.tissue().options(); });
           },
-          "SoftTissueOptions: of its tissue, a copy")
+          "SoftTissueOptions: of its tissue")
       .def(
           "balance",
           [](PythonTissueModel& self) {
@@ -586,7 +588,7 @@ void bind_soft_model(py::module_& m) {
           [](PythonTissueModel& self) {
             return self.use([](const auto& s) { return s.cut_reports(); });
           },
-          "list[CutReport]: of the cuts that were tried; one that is not Cut changed nothing")
+          "tuple[CutReport, ...]: of the cuts that were tried; one that is not Cut changed nothing")
       .def_property_readonly(
           "steps",
           [](PythonTissueModel& self) { return self.use([](const auto& s) { return s.steps(); }); },

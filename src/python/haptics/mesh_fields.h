@@ -22,19 +22,18 @@ inline py::array_t<std::int32_t> copy_of(std::span<const TriangleIndices> triang
 /// The members `vertices` and `triangles` of a struct as such arrays.
 template <typename T>
 Field vertices_field() {
-  return {"vertices",
-          [](const void* r, py::handle) {
-            return py::object(copy_of(static_cast<const T*>(r)->vertices));
-          },
-          [](void* r, py::handle value) {
-            static_cast<T*>(r)->vertices = points_of(value, "vertices", CopyRule::IfNeeded);
-          }};
+  return {
+      "vertices",
+      [](const void* r, py::handle) { return sealed(copy_of(static_cast<const T*>(r)->vertices)); },
+      [](void* r, py::handle value) {
+        static_cast<T*>(r)->vertices = points_of(value, "vertices", CopyRule::IfNeeded);
+      }};
 }
 template <typename T>
 Field triangles_field() {
   return {"triangles",
           [](const void* r, py::handle) {
-            return py::object(copy_of(static_cast<const T*>(r)->triangles));
+            return sealed(copy_of(static_cast<const T*>(r)->triangles));
           },
           [](void* r, py::handle value) {
             static_cast<T*>(r)->triangles = triangles_of(value, CopyRule::IfNeeded);

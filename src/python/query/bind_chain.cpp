@@ -116,11 +116,11 @@ void bind_chain_fields(ChainClass& type) {
       .def_property_readonly(
           "links",
           [](const Chain& c) { return std::vector<Link>(c.links().begin(), c.links().end()); },
-          "list[Link]: in the order given")
+          "tuple[Link, ...]: in the order given")
       .def_property_readonly(
           "joints",
           [](const Chain& c) { return std::vector<Joint>(c.joints().begin(), c.joints().end()); },
-          "list[Joint]: in the order given")
+          "tuple[Joint, ...]: in the order given")
       .def_property_readonly("X_WR", &Chain::X_WR, "RigidPose: of the root link")
       .def_property_readonly(
           "self_pairs",
@@ -131,13 +131,13 @@ void bind_chain_fields(ChainClass& type) {
             }
             return pairs;
           },
-          "list[Tuple[int, int]]: links that self-collision checks")
+          "tuple[Tuple[int, int], ...]: links that self-collision checks")
       .def_property_readonly(
           "ignored_pairs", [](const Chain& c) { return c.options().ignored_pairs; },
-          "list[Tuple[str, str]]: names of links never checked against each other")
+          "tuple[Tuple[str, str], ...]: names of links never checked against each other")
       .def_property_readonly(
           "checked_pairs", [](const Chain& c) { return c.options().checked_pairs; },
-          "list[Tuple[str, str]]: names of neighbours that are checked nevertheless");
+          "tuple[Tuple[str, str], ...]: names of neighbours that are checked nevertheless");
 }
 
 void bind_chain_methods(ChainClass& type) {
@@ -355,8 +355,8 @@ void bind_robot_parts(py::module_& m) {
       .finish();
   Record<RobotGroup>(m, "RobotGroup", "A named set of links and joints of an SRDF file.")
       .field<&RobotGroup::name>("name", "str: of the group")
-      .field<&RobotGroup::links>("links", "list[str]: names")
-      .field<&RobotGroup::joints>("joints", "list[str]: names")
+      .field<&RobotGroup::links>("links", "tuple[str, ...]: names")
+      .field<&RobotGroup::joints>("joints", "tuple[str, ...]: names")
       .finish();
 }
 
@@ -370,18 +370,19 @@ void bind_robot_fields(RobotClass& type) {
           [](const Robot& r) {
             return std::vector<Link>(r.chain->links().begin(), r.chain->links().end());
           },
-          "list[Link]: of the chain")
+          "tuple[Link, ...]: of the chain")
       .def_property_readonly(
           "joints",
           [](const Robot& r) {
             return std::vector<Joint>(r.chain->joints().begin(), r.chain->joints().end());
           },
-          "list[Joint]: of the chain")
-      .def_readonly("masses", &Robot::masses, "list[float]: by link; 0 if the file states none")
+          "tuple[Joint, ...]: of the chain")
+      .def_readonly("masses", &Robot::masses,
+                    "tuple[float, ...]: by link; 0 if the file states none")
       .def_readonly("couplings", &Robot::couplings,
-                    "list[CoordinateCoupling]: by coordinate of the chain")
+                    "tuple[CoordinateCoupling, ...]: by coordinate of the chain")
       .def_readonly("free_joints", &Robot::free_joints,
-                    "list[int]: number of the joint of each free coordinate")
+                    "tuple[int, ...]: number of the joint of each free coordinate")
       .def_property_readonly(
           "lower", &Robot::lower,
           "numpy.ndarray: (F,) smallest free coordinates within the limits of all joints")
@@ -389,9 +390,9 @@ void bind_robot_fields(RobotClass& type) {
           "upper", &Robot::upper,
           "numpy.ndarray: (F,) largest free coordinates within the limits of all joints")
       .def_readonly("disabled_pairs", &Robot::disabled_pairs,
-                    "list[DisabledPair]: as the SRDF file lists them")
-      .def_readonly("groups", &Robot::groups, "list[RobotGroup]: of the SRDF file")
-      .def_readonly("notes", &Robot::notes, "list[str]: what the reader had to assume");
+                    "tuple[DisabledPair, ...]: as the SRDF file lists them")
+      .def_readonly("groups", &Robot::groups, "tuple[RobotGroup, ...]: of the SRDF file")
+      .def_readonly("notes", &Robot::notes, "tuple[str, ...]: what the reader had to assume");
 }
 
 void bind_robot_methods(RobotClass& type) {
@@ -525,16 +526,16 @@ void bind_planning_scene(py::module_& m) {
               "Shape: in its own frame")
       .option<&HeldObject::link>("link", "str: the link that holds it")
       .option<&HeldObject::X_LO>("X_LO", "RigidPose: in the link's frame")
-      .option<&HeldObject::touch_links>("touch_links", "list[str]: links that it may touch")
+      .option<&HeldObject::touch_links>("touch_links", "tuple[str, ...]: links that it may touch")
       .finish();
   Record<PlanningScene> scene(m, "PlanningScene",
                               "What stands around a robot, and the robot's state there.");
   scene.option<&PlanningScene::name>("name", "str: in the file")
-      .option<&PlanningScene::objects>("objects", "list[PlanningObject]: what stands around")
-      .option<&PlanningScene::held>("held", "list[HeldObject]: what the robot holds")
+      .option<&PlanningScene::objects>("objects", "tuple[PlanningObject, ...]: what stands around")
+      .option<&PlanningScene::held>("held", "tuple[HeldObject, ...]: what the robot holds")
       .option<&PlanningScene::state>("state", "numpy.ndarray: (F,) free coordinates of the robot")
       .option<&PlanningScene::allowed>(
-          "allowed", "list[tuple[str, str]]: names of links and objects that may touch");
+          "allowed", "tuple[tuple[str, str], ...]: names of links and objects that may touch");
   scene.type
       .def(
           "obstacles",

@@ -71,10 +71,10 @@ void bind_deforming_mesh(py::module_& m) {
           py::arg("next_end"), "The next interval: starts where the last one ended.")
       .def_property_readonly(
           "begin", [](const SharedDeformingMesh& s) { return vertices_view(s.mesh.begin()); },
-          "numpy.ndarray: (N, 3), a copy")
+          "numpy.ndarray: (N, 3), read-only")
       .def_property_readonly(
           "end", [](const SharedDeformingMesh& s) { return vertices_view(s.mesh.end()); },
-          "numpy.ndarray: (N, 3), a copy")
+          "numpy.ndarray: (N, 3), read-only")
       .def_property_readonly(
           "triangles",
           [](const py::object& self) {

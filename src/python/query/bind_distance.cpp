@@ -157,7 +157,7 @@ Field pairs_field() {
   return {"pairs",
           [](const void* r, py::handle) {
             const auto& pairs = static_cast<const NearTriangleList*>(r)->pairs;
-            return py::object(py::array_t<NearTriangles>(py::ssize_t(pairs.size()), pairs.data()));
+            return sealed(py::array_t<NearTriangles>(py::ssize_t(pairs.size()), pairs.data()));
           },
           [](void* r, py::handle value) {
             const auto array = value.cast<py::array_t<NearTriangles, py::array::c_style>>();

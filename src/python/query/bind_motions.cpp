@@ -260,7 +260,7 @@ void bind_compositions(py::module_& m) {
             }
             return list;
           },
-          "list[tuple[TimeInterval, Motion]]: in order of time")
+          "tuple[tuple[TimeInterval, Motion], ...]: in order of time")
       .def("__reduce__", [](const py::object& self) {
         return py::make_tuple(py::type::of(self), py::make_tuple(self.attr("parts")));
       });
@@ -509,7 +509,7 @@ void bind_sampled(py::module_& m) {
             for (const auto& sample : motion.samples()) poses.append(sample.X_WB);
             return poses;
           },
-          "list[RigidPose]: at the times")
+          "tuple[RigidPose, ...]: at the times")
       .def("__reduce__", [](const py::object& self) {
         return py::make_tuple(py::type::of(self),
                               py::make_tuple(self.attr("times"), self.attr("poses")));

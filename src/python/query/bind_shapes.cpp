@@ -37,7 +37,8 @@ void bind_shape_bases(py::module_& m) {
       .value("Smooth", FeatureKind::Smooth);
   Record<Feature>(m, "Feature", "A feature, named by the shape's own vertex numbers.")
       .field<&Feature::kind>("kind", "FeatureKind: ")
-      .field<&Feature::vertices>("vertices", "list[int]: as many as the kind has; the rest are 0")
+      .field<&Feature::vertices>("vertices",
+                                 "tuple[int, ...]: as many as the kind has; the rest are 0")
       .finish();
   Record<MassProperties>(m, "MassProperties", "Mass properties of a body, in its shape's frame B.")
       .option<&MassProperties::mass>("mass", "float: > 0")
@@ -366,7 +367,7 @@ void bind_compound(py::module_& m) {
             }
             return list;
           },
-          "list[tuple[Shape, RigidPose]]: meshes and convex shapes, with their poses")
+          "tuple[tuple[Shape, RigidPose], ...]: meshes and convex shapes, with their poses")
       .def("__repr__",
            [](const CompoundShape& c) {
              return "CompoundShape(" + std::to_string(c.children().size()) + " children)";

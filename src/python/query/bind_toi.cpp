@@ -63,7 +63,8 @@ void bind_toi_results(py::module_& m) {
       .field<&ToiResult::t_safe>("t_safe", "float: proven apart until then")
       .field<&ToiResult::t_hit>("t_hit", "Optional[float]: a later time of being within target")
       .field<&ToiResult::contact>("contact", "Optional[ImpactContact]: that ended the search")
-      .field<&ToiResult::contacts>("contacts", "list[WitnessPair]: under with_contacts, at t_safe")
+      .field<&ToiResult::contacts>("contacts",
+                                   "tuple[WitnessPair, ...]: under with_contacts, at t_safe")
       .field<&ToiResult::X_WA>("X_WA", "RigidPose: at t_safe")
       .field<&ToiResult::X_WB>("X_WB", "RigidPose: at t_safe")
       .field<&ToiResult::rounding_allowance>("rounding_allowance", "float: length")

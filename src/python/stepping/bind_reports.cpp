@@ -87,7 +87,7 @@ void bind_impacts(py::module_& m) {
       .field<&ImpactEvent::a>("a", "BodyId: of the pair that met first")
       .field<&ImpactEvent::b>("b", "BodyId: of the pair that met first")
       .field<&ImpactEvent::toi>("toi", "ToiResult: of that pair")
-      .field<&ImpactEvent::contacts>("contacts", "list[WorldContact]: solved at that instant")
+      .field<&ImpactEvent::contacts>("contacts", "tuple[WorldContact, ...]: solved at that instant")
       .finish();
   Record<SensorEvent>(m, "SensorEvent", "The start or end of an overlap with a sensor.")
       .field<&SensorEvent::sensor>("sensor", "BodyId: the sensor")
@@ -156,9 +156,9 @@ void bind_velocity_changes(py::module_& m) {
                          "Bodies whose velocities changed together, and all impulses that did it.")
       .field<&VelocityChange::kind>("kind", "VelocityChangeKind: why")
       .field<&VelocityChange::interval>("interval", "TimeInterval: the substep, or one time")
-      .field<&VelocityChange::bodies>("bodies", "list[MomentumChange]: before and after")
-      .field<&VelocityChange::contacts>("contacts", "list[ContactImpulse]: those not zero")
-      .field<&VelocityChange::links>("links", "list[LinkImpulse]: joints, springs, rolling")
+      .field<&VelocityChange::bodies>("bodies", "tuple[MomentumChange, ...]: before and after")
+      .field<&VelocityChange::contacts>("contacts", "tuple[ContactImpulse, ...]: those not zero")
+      .field<&VelocityChange::links>("links", "tuple[LinkImpulse, ...]: joints, springs, rolling")
       .finish();
 }
 
@@ -209,27 +209,28 @@ void bind_advance_report(py::module_& m) {
       .value("Cancelled", AdvanceStatus::Cancelled, "Safe up to time().");
   Record<CommittedStep>(m, "CommittedStep", "Every body follows its motion over the interval.")
       .field<&CommittedStep::interval>("interval", "TimeInterval: of the step")
-      .field<&CommittedStep::motions>("motions", "list[Optional[Motion]]: by slot")
+      .field<&CommittedStep::motions>("motions", "tuple[Optional[Motion], ...]: by slot")
       .finish();
   using Report = AdvanceReport;
   Record<Report>(m, "AdvanceReport", "What World.advance() did.")
       .field<&Report::status>("status", "AdvanceStatus: how it ended")
       .field<&Report::t>("t", "float: World.time() on return")
-      .field<&Report::impacts>("impacts", "list[ImpactEvent]: in order of time")
-      .field<&Report::fell_asleep>("fell_asleep", "list[BodyId]: in order of time")
-      .field<&Report::woke>("woke", "list[BodyId]: in order of time")
-      .field<&Report::sensors>("sensors", "list[SensorEvent]: overlaps with sensors")
-      .field<&Report::contact_events>("contact_events", "list[ContactEvent]: in order of steps")
-      .field<&Report::broken_joints>("broken_joints", "list[BrokenJoint]: in order of steps")
-      .field<&Report::too_near>("too_near",
-                                "list[Tuple[BodyId, BodyId]]: nearer than their target at first")
-      .field<&Report::parted>("parted", "list[Tuple[BodyId, BodyId]]: no longer too near")
-      .field<&Report::placed>("placed", "list[BodyId]: put elsewhere since the last advance")
+      .field<&Report::impacts>("impacts", "tuple[ImpactEvent, ...]: in order of time")
+      .field<&Report::fell_asleep>("fell_asleep", "tuple[BodyId, ...]: in order of time")
+      .field<&Report::woke>("woke", "tuple[BodyId, ...]: in order of time")
+      .field<&Report::sensors>("sensors", "tuple[SensorEvent, ...]: overlaps with sensors")
+      .field<&Report::contact_events>("contact_events",
+                                      "tuple[ContactEvent, ...]: in order of steps")
+      .field<&Report::broken_joints>("broken_joints", "tuple[BrokenJoint, ...]: in order of steps")
+      .field<&Report::too_near>(
+          "too_near", "tuple[Tuple[BodyId, BodyId], ...]: nearer than their target at first")
+      .field<&Report::parted>("parted", "tuple[Tuple[BodyId, BodyId], ...]: no longer too near")
+      .field<&Report::placed>("placed", "tuple[BodyId, ...]: put elsewhere since the last advance")
       .field<&Report::crossed>("crossed",
-                               "list[Tuple[BodyId, BodyId]]: that no force can move apart")
-      .field<&Report::steps>("steps", "list[CommittedStep]: the proven trajectory")
-      .field<&Report::velocity_changes>("velocity_changes",
-                                        "list[VelocityChange]: under WorldOptions.records_impulses")
+                               "tuple[Tuple[BodyId, BodyId], ...]: that no force can move apart")
+      .field<&Report::steps>("steps", "tuple[CommittedStep, ...]: the proven trajectory")
+      .field<&Report::velocity_changes>(
+          "velocity_changes", "tuple[VelocityChange, ...]: under WorldOptions.records_impulses")
       .field<&Report::offending_pair>("offending_pair",
                                       "Tuple[BodyId, BodyId]: that stopped it, if any did")
       .field<&Report::integrator>("integrator", "IntegratorStatistics: sums")
@@ -258,7 +259,7 @@ void bind_pair_records(py::module_& m) {
       .field<&PairRecord::pivot_W>("pivot_W", "numpy.ndarray: (3,) dynamic pivot point")
       .field<&PairRecord::nhat_AB_W>("nhat_AB_W", "numpy.ndarray: (3,) unit, from A to B")
       .field<&PairRecord::advancement_steps>("advancement_steps", "int: node pairs of the query")
-      .field<&PairRecord::contacts>("contacts", "list[PairContact]: of the pair")
+      .field<&PairRecord::contacts>("contacts", "tuple[PairContact, ...]: of the pair")
       .field<&PairRecord::residual>("residual", "float: of the last solve, length per time")
       .finish();
 }

@@ -44,28 +44,28 @@ void bind_scene(py::module_& m) {
               names.push_back(directory.string());
             return names;
           },
-          "list[str]: where meshes were looked for besides")
+          "tuple[str, ...]: where meshes were looked for besides")
       .def_property_readonly(
           "options", [](const PythonScene& s) { return s.scene.options; },
-          "WorldOptions: a copy, to change and hand to make_world()")
+          "WorldOptions: make_world() takes a changed copy.copy() of it")
       .def_property_readonly(
           "bodies", [](const PythonScene& s) { return s.scene.bodies; },
-          "list[BodyDefinition]: BodyId.slot is the place in this list")
+          "tuple[BodyDefinition, ...]: BodyId.slot is the place in this list")
       .def_property_readonly(
           "shape_names", [](const PythonScene& s) { return s.scene.shape_names; },
-          "list[str]: per body, for people")
+          "tuple[str, ...]: per body, for people")
       .def_property_readonly(
           "target_distances", [](const PythonScene& s) { return s.scene.target_distances; },
-          "list[SceneTarget]: of single pairs")
+          "tuple[SceneTarget, ...]: of single pairs")
       .def_property_readonly(
           "disabled_pairs", [](const PythonScene& s) { return s.scene.disabled_pairs; },
-          "list[Tuple[BodyId, BodyId]]: that are not examined")
+          "tuple[Tuple[BodyId, BodyId], ...]: that are not examined")
       .def_property_readonly(
           "joints", [](const PythonScene& s) { return s.scene.joints; },
-          "list[JointDefinition]: all")
+          "tuple[JointDefinition, ...]: all")
       .def_property_readonly(
           "springs", [](const PythonScene& s) { return s.scene.springs; },
-          "list[SpringDefinition]: all")
+          "tuple[SpringDefinition, ...]: all")
       .def_property_readonly(
           "end_time", [](const PythonScene& s) { return s.scene.end_time; }, "float: > 0")
       .def_property_readonly(
@@ -129,7 +129,7 @@ void bind_generator(py::module_& m) {
       .finish();
   Record<GeneratedScene>(m, "GeneratedScene", "The text of a scene file and of its meshes.")
       .field<&GeneratedScene::text>("text", "str: of the scene file")
-      .field<&GeneratedScene::meshes>("meshes", "list[Tuple[str, str]]: file name, OBJ text")
+      .field<&GeneratedScene::meshes>("meshes", "tuple[Tuple[str, str], ...]: file name, OBJ text")
       .finish();
   m.def("scene_kinds", &scene_kinds, "All kinds that generate_scene() makes.");
   m.def("generate_scene", &generate_scene, py::arg("kind"), py::arg("n"),
@@ -150,7 +150,7 @@ void bind_totals(py::module_& m) {
       .field<&Totals::advances>("advances", "int: calls of World.advance()")
       .field<&Totals::steps>("steps", "int: committed")
       .field<&Totals::impacts>("impacts", "int: number of them")
-      .field<&Totals::too_near>("too_near", "list[Tuple[BodyId, BodyId]]: as AdvanceReport")
+      .field<&Totals::too_near>("too_near", "tuple[Tuple[BodyId, BodyId], ...]: as AdvanceReport")
       .field<&Totals::offending_pair>("offending_pair", "Tuple[BodyId, BodyId]: as AdvanceReport")
       .field<&Totals::integrator>("integrator", "IntegratorStatistics: sums")
       .field<&Totals::toi>("toi", "ToiStatistics: sums")
@@ -285,7 +285,7 @@ void bind_recorded_parts(py::module_& m) {
   Record<MotionSegment>(m, "MotionSegment", "A stretch of one body's path.")
       .field<&MotionSegment::kind>("kind", "SegmentKind: what it is")
       .field<&MotionSegment::interval>("interval", "TimeInterval: where it holds")
-      .field<&MotionSegment::numbers>("numbers", "list[float]: see docs/formats.md")
+      .field<&MotionSegment::numbers>("numbers", "tuple[float, ...]: see docs/formats.md")
       .field<&MotionSegment::given>("given", "str: JSON of a given motion")
       .field<&MotionSegment::motion>("motion", "Optional[Motion]: the same bits as in the run")
       .finish();
@@ -346,10 +346,10 @@ void bind_reader(py::module_& m) {
             for (const RecordedShape& shape : r.shapes()) shapes.push_back(shape.shape);
             return shapes;
           },
-          "list[Shape]: with the same numbers as in the run")
+          "tuple[Shape, ...]: with the same numbers as in the run")
       .def_property_readonly(
           "bodies", [](const RecordingReader& r) { return listed(r.bodies()); },
-          "list[RecordedBody]: by slot")
+          "tuple[RecordedBody, ...]: by slot")
       .def("gravity", &RecordingReader::gravity,
            "numpy.ndarray: of the World at the start; zero if the recording does not say.")
       .def("interval", &RecordingReader::interval, "From the start to the last committed time.")
@@ -357,16 +357,16 @@ void bind_reader(py::module_& m) {
           "end", [](const RecordingReader& r) { return r.end(); }, "How the run ended, if it has.")
       .def_property_readonly(
           "steps", [](const RecordingReader& r) { return listed(r.steps()); },
-          "list[TimeInterval]: committed, in order")
+          "tuple[TimeInterval, ...]: committed, in order")
       .def_property_readonly(
           "frames", [](const RecordingReader& r) { return listed(r.frames()); },
-          "list[RecordedFrame]: one per advance")
+          "tuple[RecordedFrame, ...]: one per advance")
       .def_property_readonly(
           "impacts", [](const RecordingReader& r) { return listed(r.impacts()); },
-          "list[ImpactEvent]: in order of time")
+          "tuple[ImpactEvent, ...]: in order of time")
       .def_property_readonly(
           "events", [](const RecordingReader& r) { return listed(r.events()); },
-          "list[RunEvent]: in order of time")
+          "tuple[RunEvent, ...]: in order of time")
       .def("pairs", &RecordingReader::pairs, py::arg("frame"),
            "Pair records at the end of a frame.")
       .def("segment_count", &RecordingReader::segment_count, py::arg("body"), "Of one body.")

@@ -71,8 +71,9 @@ void bind_body_parts(py::module_& m) {
       .option<&Wrench::torque>("torque", "numpy.ndarray: (3,)")
       .finish();
   Record<LockedAxes>(m, "LockedAxes", "Degrees of freedom that are locked, by world axis.")
-      .option<&LockedAxes::translation>("translation", "list[bool]: three, of the centre of mass")
-      .option<&LockedAxes::rotation>("rotation", "list[bool]: three, about it")
+      .option<&LockedAxes::translation>("translation",
+                                        "tuple[bool, ...]: three, of the centre of mass")
+      .option<&LockedAxes::rotation>("rotation", "tuple[bool, ...]: three, about it")
       .finish();
   Record<Material>(m, "Material", "Friction and restitution; see BodyDefinition.")
       .option<&Material::restitution>("restitution", "float: in [0, 1]")
@@ -330,8 +331,11 @@ void bind_world_joints(WorldClass& type) {
           "remove_joint", [](PythonWorld& w, const JointId& id) { w.change().remove_joint(id); },
           py::arg("id"), "Lets go. With it go couplings of its coordinates.")
       .def(
-          "joint", [](PythonWorld& w, const JointId& id) { return w.read().joint(id); },
-          py::arg("id"), "The joint's definition, a copy.")
+          "joint",
+          [](PythonWorld& w, const JointId& id) {
+            return LookedUp<JointDefinition>{w.read().joint(id)};
+          },
+          py::arg("id"), "The joint's definition, frozen.")
       .def(
           "joints", [](PythonWorld& w) { return w.read().joints(); }, "All joints.")
       .def(
@@ -358,8 +362,11 @@ void bind_springs(WorldClass& type) {
           "remove_spring", [](PythonWorld& w, const SpringId& id) { w.change().remove_spring(id); },
           py::arg("id"), "It acts no longer.")
       .def(
-          "spring", [](PythonWorld& w, const SpringId& id) { return w.read().spring(id); },
-          py::arg("id"), "The spring's definition, a copy.")
+          "spring",
+          [](PythonWorld& w, const SpringId& id) {
+            return LookedUp<SpringDefinition>{w.read().spring(id)};
+          },
+          py::arg("id"), "The spring's definition, frozen.")
       .def(
           "springs", [](PythonWorld& w) { return w.read().springs(); }, "All springs.")
       .def(
@@ -494,8 +501,10 @@ void bind_getters(WorldClass& type) {
           py::arg("id"), "Whether the id names a body.")
       .def(
           "body",
-          [](PythonWorld& w, const BodyId& id) { return BodyDefinition(w.read().body(id)); },
-          py::arg("id"), "The body's definition, a copy.")
+          [](PythonWorld& w, const BodyId& id) {
+            return LookedUp<BodyDefinition>{w.read().body(id)};
+          },
+          py::arg("id"), "The body's definition, frozen.")
       .def(
           "state", [](PythonWorld& w, const BodyId& id) { return w.read().state(id); },
           py::arg("id"), "Pose and twist of the body's frame at time().")
@@ -514,15 +523,15 @@ void bind_getters(WorldClass& type) {
       .def(
           "pair_material",
           [](PythonWorld& w, const BodyId& a, const BodyId& b) {
-            return w.read().pair_material(a, b);
+            return LookedUp<Material>{w.read().pair_material(a, b)};
           },
           py::arg("a"), py::arg("b"), "What a pair has: given for it, or combined.")
       .def(
           "pair_rules", [](PythonWorld& w) { return w.read().pair_rules(); },
           "Pairs named by set_pair_enabled() or set_target_distance().")
       .def(
-          "options", [](PythonWorld& w) { return w.options(); },
-          "Those that the World was made with, a copy.")
+          "options", [](PythonWorld& w) { return LookedUp<WorldOptions>{w.options()}; },
+          "Those that the World was made with, frozen.")
       .def(
           "gravity", [](PythonWorld& w) { return w.read().gravity(); }, "(3,) acceleration.")
       .def(
@@ -565,8 +574,9 @@ void bind_query_results(py::module_& m) {
       .field<&NearestBody::body>("body", "Optional[BodyId]: None if there is none")
       .finish();
   Record<BodyOverlaps>(m, "BodyOverlaps", "The bodies near a shape; of World.overlaps().")
-      .field<&BodyOverlaps::bodies>("bodies", "list[BodyId]: at most the distance away, proven")
-      .field<&BodyOverlaps::undecided>("undecided", "list[BodyId]: rounding does not tell")
+      .field<&BodyOverlaps::bodies>("bodies",
+                                    "tuple[BodyId, ...]: at most the distance away, proven")
+      .field<&BodyOverlaps::undecided>("undecided", "tuple[BodyId, ...]: rounding does not tell")
       .finish();
   using Rule = World::PairRule;
   Record<Rule>(m, "PairRule", "A pair named by World.set_pair_enabled(), set_target_distance().")
