@@ -198,3 +198,117 @@ def test_what_is_no_mesh_is_refused():
         dyop.distance(Quads(), dyop.RigidPose(), dyop.Sphere(1), dyop.RigidPose())
     with pytest.raises(TypeError, match="Shape"):
         dyop.distance("bunny.obj", dyop.RigidPose(), dyop.Sphere(1), dyop.RigidPose())
+
+
+class ZigZag(dyop.Motion):
+    """Along x at speed 1, to and fro along y by 0.001: the twist jumps 1,000 times in a unit of time.
+
+    It stays near the straight motion along x.
+    """
+
+    half = 1e-3  # of the time from one turn to the next but one
+    speed = 1.0  # along y
+
+    def offset(self, t):
+        return self.speed * (self.half - abs(t % (2 * self.half) - self.half))
+
+    def pose(self, t):
+        return dyop.RigidPose(position=(t, self.offset(t), 0))
+
+    def twist(self, t):
+        return (1, self.speed if int(t // self.half) % 2 == 0 else -self.speed, 0), (0, 0, 0)
+
+    def twist_bound(self, interval):
+        is_smooth = interval.end <= self.smooth_until(interval.begin)
+        return 1.5, 0, 0 if is_smooth else np.inf, 0
+
+    def smooth_until(self, t):
+        until = (t // self.half + 1) * self.half
+        return until if until > t else until + self.half
+
+
+class NearlyStraight(ZigZag):
+    def stretch(self, t, after):
+        return dyop.MotionStretch(
+            end=np.inf, twist=((1, 0, 0), (0, 0, 0)), linear_deviation=self.speed * self.half
+        )
+
+
+def test_a_stretch_passes_many_jumps_at_once():
+    # The ball of radius 1 comes from x = 0 and meets the one at x = 5 when x = 3 or a little later.
+    ball, wall = dyop.Sphere(1), dyop.RestMotion(((1, 0, 0, 0), (5, 0, 0)))
+    work = {}
+    for motion in (ZigZag(), NearlyStraight()):
+        assert dyop.check_motion(motion, (0, 5), sample_count=300).fault is None
+        found = dyop.time_of_impact(ball, motion, ball, wall, (0, 5))
+        assert found.status == dyop.ToiStatus.Impact
+        gap = [
+            np.linalg.norm(motion.pose(t).translation - (5, 0, 0)) - 2
+            for t in np.linspace(0, found.t_safe, 2000)
+        ]
+        assert min(gap) > 0 and abs(found.t_hit - 3) < 1e-5
+        # Along a floor 0.01 below.
+        floor = dyop.RestMotion(((1, 0, 0, 0), (0, -2.01, 0)))
+        missed = dyop.time_of_impact(ball, motion, dyop.Box([20, 1, 20]), floor, (0, 5))
+        assert missed.status == dyop.ToiStatus.Separated
+        work[type(motion).__name__] = missed.statistics.leaf_tests
+    assert work["NearlyStraight"] < work["ZigZag"] / 20
+    assert ZigZag().stretch(0, 1) is None and NearlyStraight().stretch(0, 1).end == np.inf
+
+
+def deriving(**methods):
+    return type("Odd", (NearlyStraight,), {k: lambda self, *_, v=v: v for k, v in methods.items()})()
+
+
+@pytest.mark.parametrize(
+    "methods,error,match",
+    [
+        ({"stretch": dyop.MotionStretch(end=-1)}, ValueError, "must end after .*, not at -1"),
+        (
+            {"stretch": dyop.MotionStretch(end=9, linear_deviation=np.nan)},
+            ValueError,
+            "linear deviation -?nan",
+        ),
+        (
+            {"stretch": dyop.MotionStretch(end=9, twist=((np.inf, 0, 0), (0, 0, 0)))},
+            ValueError,
+            "twist of a stretch must be finite",
+        ),
+        ({"stretch": 5}, TypeError, "stretch must return a MotionStretch or None, not .* int"),
+        ({"pose_scale": 5}, TypeError, "pose_scale must return a PoseScale, not .* int"),
+        ({"pose_scale": dyop.PoseScale(length=np.nan)}, ValueError, "length -?nan"),
+        ({"smooth_until": -1.0}, ValueError, "smooth_until .* not -1"),
+        ({"twist_bound": (1, 0, -1, 0)}, ValueError, "linear acceleration -1"),
+        ({"state": 3}, ValueError, "state must be a MotionState or a pair"),
+    ],
+)
+def test_odd_answers_of_a_motion_are_named(methods, error, match):
+    ball, wall = dyop.Sphere(1), dyop.RestMotion(((1, 0, 0, 0), (5, 0, 0)))
+    with pytest.raises(error, match=match):
+        dyop.time_of_impact(ball, deriving(**methods), ball, wall, (0, 5))
+
+
+def test_a_stretch_that_is_left_is_found():
+    low = dyop.MotionStretch(end=np.inf, twist=((1, 0, 0), (0, 0, 0)), linear_deviation=1e-4)
+    found = dyop.check_motion(deriving(stretch=low), (0, 5), sample_count=300)
+    assert found.fault == dyop.MotionFault.StretchExceeded and found.found > found.allowed
+
+
+def test_a_motion_may_give_its_state_and_scale():
+    class Both(Circle):
+        calls = 0
+
+        def state(self, t):
+            type(self).calls += 1
+            return self.pose(t), self.twist(t)
+
+        def pose_scale(self, interval):
+            own = super().pose_scale(interval)
+            return dyop.PoseScale(length=1e4 * own.length, angle=own.angle)
+
+    ball, wall = dyop.Sphere(0.5), dyop.RestMotion(((1, 0, 0, 0), (0, 3, 0)))
+    plain = dyop.time_of_impact(ball, Circle(1.0), ball, wall, (0, 3))
+    rough = dyop.time_of_impact(ball, Both(1.0), ball, wall, (0, 3))
+    assert Both.calls > 2 and plain.status == rough.status == dyop.ToiStatus.Impact
+    assert rough.rounding_allowance > 1e2 * plain.rounding_allowance
+    assert Circle(1.0).pose_scale((0, 1)).length >= 2

@@ -67,6 +67,41 @@ namespace {
 
 using SharedMotion = std::shared_ptr<Motion>;
 
+// Of what a class of Python answers, only what proofs may rest on goes on; NaN does not.
+
+TwistBound checked(const TwistBound& bound, const TimeInterval& interval) {
+  DYOP_REQUIRE(bound.linear_speed >= 0 && bound.angular_speed >= 0 &&
+                   bound.linear_acceleration >= 0 && bound.angular_acceleration >= 0,
+               "twist_bound of a motion on [", interval.begin, ", ", interval.end,
+               "] must not be negative or NaN: linear speed ", bound.linear_speed,
+               ", angular speed ", bound.angular_speed, ", linear acceleration ",
+               bound.linear_acceleration, ", angular acceleration ", bound.angular_acceleration);
+  return bound;
+}
+
+MotionStretch checked(const MotionStretch& stretch, Scalar after) {
+  DYOP_REQUIRE(stretch.end > after, "a stretch of a motion must end after ", after, ", not at ",
+               stretch.end);
+  DYOP_REQUIRE(stretch.twist.v_WB.allFinite() && stretch.twist.w_WB.allFinite(),
+               "the twist of a stretch must be finite: v_WB ", stretch.twist.v_WB.transpose(),
+               ", w_WB ", stretch.twist.w_WB.transpose());
+  DYOP_REQUIRE(stretch.linear_acceleration >= 0 && stretch.angular_acceleration >= 0 &&
+                   stretch.linear_deviation >= 0 && stretch.angular_deviation >= 0,
+               "bounds of a stretch must not be negative or NaN: linear acceleration ",
+               stretch.linear_acceleration, ", angular acceleration ", stretch.angular_acceleration,
+               ", linear deviation ", stretch.linear_deviation, ", angular deviation ",
+               stretch.angular_deviation);
+  return stretch;
+}
+
+PoseScale scale_of(const py::object& value) {
+  const auto scale = read_as<PoseScale>(value, "pose_scale must return a PoseScale");
+  DYOP_REQUIRE(scale.length >= 0 && scale.angle >= 0,
+               "pose_scale of a motion must not be negative or NaN: length ", scale.length,
+               ", angle ", scale.angle);
+  return scale;
+}
+
 /// The C++ part of an object whose class derives from Motion in Python.
 class DerivedMotion final : public Motion, public DerivedInPython {
  public:
@@ -80,7 +115,17 @@ class DerivedMotion final : public Motion, public DerivedInPython {
   }
   TwistBound twist_bound(const TimeInterval& interval) const override {
     const py::gil_scoped_acquire lock;
-    return bound_of(required_method<Motion>(this, "twist_bound")(interval));
+    return checked(bound_of(required_method<Motion>(this, "twist_bound")(interval)), interval);
+  }
+  MotionState state(Scalar t) const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<Motion>(this, "state");
+    return method ? state_of(method(t)) : Motion::state(t);
+  }
+  PoseScale pose_scale(const TimeInterval& interval) const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<Motion>(this, "pose_scale");
+    return method ? scale_of(method(interval)) : Motion::pose_scale(interval);
   }
   TimeInterval domain() const override {
     const py::gil_scoped_acquire lock;
@@ -90,7 +135,19 @@ class DerivedMotion final : public Motion, public DerivedInPython {
   Scalar smooth_until(Scalar t) const override {
     const py::gil_scoped_acquire lock;
     const py::function method = method_of<Motion>(this, "smooth_until");
-    return method ? read_scalar(method(t)) : Motion::smooth_until(t);
+    if (!method) return Motion::smooth_until(t);
+    const Scalar until = read_scalar(method(t));
+    DYOP_REQUIRE(until > t, "smooth_until of a motion must be after ", t, ", not ", until);
+    return until;
+  }
+  std::optional<MotionStretch> stretch(Scalar t, Scalar after) const override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = method_of<Motion>(this, "stretch");
+    if (!method) return Motion::stretch(t, after);
+    const py::object answer = method(t, after);
+    if (answer.is_none()) return std::nullopt;
+    return checked(read_as<MotionStretch>(answer, "stretch must return a MotionStretch or None"),
+                   after);
   }
 };
 
@@ -111,6 +168,23 @@ void bind_motion_records(py::module_& m) {
       .option<&MotionState::X_WB>("X_WB", "RigidPose: of the body")
       .option<&MotionState::twist>("twist", "Twist: of the body")
       .finish();
+  Record<PoseScale>(m, "PoseScale", "How large the numbers are that poses are computed from.")
+      .option<&PoseScale::length>("length", "float: the largest length")
+      .option<&PoseScale::angle>("angle", "float: 1 plus the angles, radians")
+      .finish();
+  using Stretch = MotionStretch;
+  Record<Stretch>(
+      m, "MotionStretch",
+      "From a time t on, the motion stays near one whose twist does not jump and whose\n"
+      "pose at t is the same: how far at most.")
+      .option<&Stretch::end>("end", "float: time until which this holds")
+      .option<&Stretch::twist>("twist", "Twist: of the motion nearby, at t")
+      .option<&Stretch::linear_acceleration>("linear_acceleration",
+                                             "float: bounds how its twist changes")
+      .option<&Stretch::angular_acceleration>("angular_acceleration", "float: the same")
+      .option<&Stretch::linear_deviation>("linear_deviation", "float: between origins, length")
+      .option<&Stretch::angular_deviation>("angular_deviation", "float: per length, at most 2")
+      .finish();
 }
 
 void bind_motion_base(py::module_& m) {
@@ -118,7 +192,9 @@ void bind_motion_base(py::module_& m) {
       m, "Motion",
       "A pose as a function of time, with bounds on how its twist changes. Immutable and shared.\n"
       "A class of yours may derive from it: pose(t), twist(t) and twist_bound(interval), as for a\n"
-      "UserMotion, and where they differ domain() and smooth_until(t). Slow likewise.")
+      "UserMotion, and where they differ domain(), smooth_until(t), state(t), "
+      "pose_scale(interval)\n"
+      "and stretch(t, after). Slow likewise.")
       .def(py::init_alias<>(), "For classes that derive from it.")
       .def(py::pickle(
           [](const py::object& self) {
@@ -144,7 +220,17 @@ void bind_motion_base(py::module_& m) {
                     "(domain=" + std::string(py::repr(self.attr("domain")())) + ")";
            })
       .def("smooth_until", &Motion::smooth_until, py::arg("t"),
-           "A time after t until which the twist does not jump.");
+           "A time after t until which the twist does not jump.")
+      .def(
+          "pose_scale",
+          [](const Motion& motion, const IntervalArgument& interval) {
+            return motion.pose_scale(interval.interval);
+          },
+          py::arg("interval"), "The PoseScale over (begin, end): for the rounding of poses.")
+      .def(
+          "stretch", &Motion::stretch, py::arg("t"), py::arg("after"),
+          "A MotionStretch from t until later than `after`, a time not before smooth_until(t), by\n"
+          "which queries pass many jumps at once; None if none is known.");
   py::class_<RestMotion, Motion, std::shared_ptr<RestMotion>>(m, "RestMotion",
                                                               "A body that does not move.")
       .def(py::init([](const PoseArgument& X_WB) { return std::make_shared<RestMotion>(X_WB.X); }),
