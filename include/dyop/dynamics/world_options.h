@@ -54,9 +54,9 @@ struct WorldOptions {
   ImpactCallback on_impact = {};  ///< for ImpactPolicy::Callback
   /// Slower approaches do not bounce, length per time. Default, for each pair: 2 h times the
   /// acceleration of gravity, or the relative one by gravity and wrenches if that is larger; at
-  /// least the tolerance of a contact solve; unless the policy is Impulse at most sqrt(r g) / 10, so
-  /// that no long step hides an impact. Whatever is given, bounces end that are lower than a
-  /// landing is exact, and between bodies in contact those slower than what forces do in a step.
+  /// least the tolerance of a contact solve; unless the policy is Impulse at most sqrt(r g) / 10:
+  /// no long step hides an impact. Whatever is given, bounces end that are lower than a landing is
+  /// exact, and between bodies in contact those slower than what forces do in a step.
   std::optional<Scalar> restitution_speed = {};
   /// A body that moves slower than this may fall asleep, length per time. Default: a hundredth of
   /// the rest offset per step; steps shorter than the time to fall that far are pooled.

@@ -31,10 +31,10 @@ namespace dyop::dynamics_internal {
 /// A direction is guessed: the penetration of two convex shapes; of meshes the mean normal of the
 /// faces that cross, if there are closed meshes; else the axis along which the bodies' boxes
 /// overlap least. B is taken out along it until `gap` is free, the contacts there are found, and
-/// carried back, so that they have negative gaps. If none pushes that way, as where B slides along A
-/// on the way out, they push along the direction itself. Empty if that does not work out.
-/// @param nhat_AB_W The last direction, which stays if it still is the shorter way: else bodies that
-/// interlock may be pushed to and fro. Zero if there is none.
+/// carried back, so that they have negative gaps. If none pushes that way, as where B slides along
+/// A on the way out, they push along the direction itself. Empty if that does not work out.
+/// @param nhat_AB_W The last direction, which stays if it still is the shorter way: else bodies
+/// that interlock may be pushed to and fro. Zero if there is none.
 std::vector<ContactPoint> estimate_overlap(const BodyRecord& a, const RigidPose& X_WA,
                                            const BodyRecord& b, const RigidPose& X_WB, Scalar gap,
                                            Vector3& nhat_AB_W, ContactWorkspace& workspace);
@@ -441,8 +441,8 @@ Scalar IslandRun::contact_restitution_speed(const RunPair& pair) const {
   return std::max(restitution_speed(pair), context_.h * pair.acceleration);
 }
 
-// Whether a contact that now opens at this speed will bounce where it lands, or be told as an impact.
-// Flights then follow a ball to where the sum of its bounces ends, whatever the length of the step.
+// Whether a contact that now opens at this speed will bounce where it lands, or be told of. Flights
+// then follow a ball to where the sum of its bounces ends, whatever the length of the step.
 bool IslandRun::will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const {
   const bool is_told = context_.options->policy != ImpactPolicy::Impulse;
   const bool may_bounce = context_.options->restitution_speed && pair.restitution > 0;

@@ -691,8 +691,8 @@ Scalar SubstepProblem::stick_midway(std::size_t contact, const Vector3& p_W_end,
 }
 
 bool SubstepProblem::end_is_known(std::size_t contact, Scalar tau) const {
-  // The features of an estimate touch only where the bodies would be apart: what is between them here
-  // is no gap.
+  // The features of an estimate touch only where the bodies would be apart: what is between them
+  // here is no gap.
   if (run_.pairs()[contacts_[contact].pair].state->overlaps) return true;
   if (contact >= ends_.size()) return false;
   const TakenEnd& end = ends_[contact];
