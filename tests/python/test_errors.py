@@ -153,3 +153,78 @@ def test_find_contacts_has_a_budget_and_obeys_ctrl_c():
 
 def test_random_calls_do_no_harm():
     assert fuzz_calls.run(400, seed=7) == []
+
+
+BALL, HERE = dyop.Sphere(1), dyop.RigidPose()
+STILL = dyop.RestMotion()
+TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    "call,error,message",
+    [
+        (lambda: dyop.RestMotion(None), ValueError, "X_WB: pose must be .*NoneType"),
+        (lambda: dyop.distance(BALL, HERE, BALL, "x"), ValueError, "X_WB: pose must be .* str"),
+        (lambda: dyop.distance(BALL, [1], BALL, X_WB=HERE), ValueError, "X_WA: pose must be .*list"),
+        (lambda: dyop.Box(None), ValueError, "half_extents: vector must be three .*NoneType"),
+        (lambda: dyop.Box(np.zeros((2, 3))), ValueError, r"half_extents: .*float64.*\(2, 3\)"),
+        (lambda: dyop.point_distance(BALL, HERE, p_W=[1, 2]), ValueError, "p_W: vector must be"),
+        (lambda: dyop.CompoundShape([(BALL, None)]), ValueError, "children: pose must be"),
+        (lambda: dyop.ConstantTwistMotion(HERE, 5), ValueError, "twist_WB: twist must be .* int"),
+        (
+            lambda: dyop.ConstantTwistMotion(HERE, ((1, 2), (0, 0, 0))),
+            ValueError,
+            "v must be three numbers",
+        ),
+        (lambda: dyop.HermiteMotion((0, 1), None, 5), ValueError, "begin: state must be .*None"),
+        (lambda: dyop.WorldOptions(gravity_W="x"), ValueError, "gravity_W: vector must be .* str"),
+        (lambda: dyop.BodyDefinition(wrench=3), TypeError, "wrench: a function is wanted"),
+        (lambda: dyop.TriangleMesh(TRIANGLE, 10**30), ValueError, "triangles must be .* int"),
+        (lambda: dyop.TriangleMesh(TRIANGLE, [[0, 1, np.inf]]), ValueError, "triangles must be"),
+        (lambda: dyop.Sphere(np.zeros((0, 3))), TypeError, "'radius' must be a number, .*ndarray"),
+        (
+            lambda: dyop.check_motion(STILL, (0, 1), sample_count=np.zeros((3, 2))),
+            TypeError,
+            "'sample_count' must be an integer, .*ndarray",
+        ),
+        (lambda: dyop.load_mesh(5), TypeError, "file must be a str or os.PathLike, .* int"),
+        (lambda: dyop.UserMotion(1, 2, 3), TypeError, "pose must be a function, .* int"),
+        (
+            lambda: dyop.UserMotion(len, len, len, smooth_until="x"),
+            TypeError,
+            "smooth_until must be a function, .* str",
+        ),
+        (lambda: dyop.ComposedMotion(STILL, None), TypeError, "'X_MB' must be Motion"),
+        (
+            lambda: dyop.distance_batch(BALL, HERE, BALL, [HERE], progress="x"),
+            TypeError,
+            "progress must be a bool or a function, .* str",
+        ),
+    ],
+)
+def test_what_is_refused_is_named(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
+
+
+def test_a_refused_value_leaves_the_old_one():
+    options = dyop.WorldOptions(on_step=print)
+    with pytest.raises(TypeError, match="on_step"):
+        options.on_step = 5
+    assert options.on_step is print
+    limits = dyop.ToiOptions(deadline=5.0)
+    with pytest.raises(TypeError, match="deadline"):
+        limits.deadline = "x"
+    assert limits.deadline == pytest.approx(5)
+
+
+def test_an_error_of_a_users_function_comes_out_as_it_is():
+    mine = dyop.InvalidArgument("pose must be mine, not a value of type NoneType")
+
+    def pose(t):
+        raise mine
+
+    motion = dyop.UserMotion(pose, lambda t: None, lambda i: None)
+    with pytest.raises(dyop.InvalidArgument) as caught:
+        motion.pose(0.0)
+    assert caught.value is mine

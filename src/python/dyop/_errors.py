@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Says in one line why the arguments of a call do not fit."""
 
+import operator
 import re
 from collections import abc
 
@@ -9,6 +10,19 @@ from . import _dyop
 # "    1. (a: dyop._dyop.Shape, t: float = 0.0) -> float", "    1. dyop._dyop.Sphere(radius: float)"
 _FORM = re.compile(r"^ {4}\d+\. (?:([\w.]+))?\((.*)\)(?: -> .*)?$")
 _PARAMETER = re.compile(r"(\w+): (.*?)(?: = (.*))?$", re.S)
+
+
+# Strings are no numbers to pybind11.
+_NUMBERS = {
+    "float": lambda value: None if isinstance(value, (str, bytes)) else float(value),
+    "int": operator.index,
+    "bool": bool,
+}
+# What a converter says of a value without knowing which argument it is.
+_UNNAMED = re.compile(
+    r"(vector|matrix|pose|position of a pose|twist|v|w|state|interval) must be .*, not (.*)$", re.S
+)
+_CONVERTED = re.compile(r"PoseLike|TwistLike|StateLike|IntervalLike|numpy\.ndarray\[\(3,")
 
 
 def _split(text):
@@ -50,12 +64,12 @@ def _fits(kind, value):
             and len(value) == len(kinds)
             and all(_fits(*pair) for pair in zip(kinds, value))
         )
-    if kind == "float":
-        return hasattr(value, "__float__") or hasattr(value, "__index__")
-    if kind == "int":
-        return hasattr(value, "__index__")
-    if kind == "bool":
-        return value is None or hasattr(value, "__bool__")
+    if kind in _NUMBERS:
+        # Arrays have all these methods, and most refuse to be called.
+        try:
+            return _NUMBERS[kind](value) is not None
+        except (TypeError, ValueError, OverflowError):
+            return False
     if kind == "str":
         return isinstance(value, (str, bytes))
     if kind == "Iterable":
@@ -104,7 +118,7 @@ def _problem(parameters, args, kwargs):
         if not _fits(kind, value):
             wanted = f"must be {_wanted(kind)}, not a value of type {type(value).__name__}"
             return fitting, f"argument '{name}' {wanted}"
-        if kind == "int" and not 0 <= value < 2**31:
+        if kind == "int" and not 0 <= operator.index(value) < 2**31:
             return fitting, f"argument '{name}' is out of range: {value}"
         fitting += 1
     if takes_more:
@@ -144,3 +158,35 @@ def explain(message, args, kwargs):
     most = max(fitting for fitting, _ in problems)
     nearest = dict.fromkeys(problem for fitting, problem in problems if fitting == most)
     return f"{name or 'this attribute'}(): " + "; or: ".join(nearest)
+
+
+def _describes(text, value):
+    """Whether text is what a converter says of the value, or of a part of it."""
+    if hasattr(value, "dtype") and hasattr(value, "shape"):
+        return text == f"an array of {value.dtype} and shape {value.shape}"
+    if text == f"a value of type {type(value).__name__}":
+        return True
+    return isinstance(value, (tuple, list)) and any(_describes(text, part) for part in value)
+
+
+def name_argument(message, signatures, args, kwargs):
+    """Puts the name of an argument before what a converter says of its value."""
+    found = _UNNAMED.match(message)
+    if found is None:
+        return message
+    for signature in signatures:
+        parameters = _split(signature[1 : signature.rindex(") -> ")])
+        is_method = bool(parameters) and parameters[0].startswith("self:")
+        given = list(args)
+        for parameter in parameters:
+            form = _PARAMETER.match(parameter)
+            if form is None:  # "*", after which names are needed
+                given = []
+                continue
+            name = form[1]
+            value = given.pop(0) if given else kwargs.get(name)
+            if is_method and name == "self" or not _CONVERTED.search(form[2]):
+                continue
+            if name != found[1] and _describes(found[2], value):
+                return f"{name}: {message}"
+    return message

@@ -48,4 +48,9 @@ def call_of(progress):
     """What is called with (done, total): None, a bar for True, or the function itself."""
     if progress is None or progress is False:
         return None
-    return Bar() if progress is True else progress
+    if progress is True:
+        return Bar()
+    if not callable(progress):
+        found = type(progress).__name__
+        raise TypeError(f"progress must be a bool or a function, not a value of type {found}")
+    return progress

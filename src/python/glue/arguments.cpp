@@ -30,7 +30,10 @@ Array converted(py::handle source) {
   try {
     return Array(py::reinterpret_borrow<py::object>(source));
   } catch (const py::error_already_set& error) {
-    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+    if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError) &&
+        !error.matches(PyExc_OverflowError)) {
+      throw;
+    }
     return py::reinterpret_steal<Array>(py::handle());
   }
 }
@@ -134,6 +137,10 @@ RigidPose pose_of(py::handle source) {
 }
 
 std::filesystem::path path_of(py::handle file) {
+  if (!PyUnicode_Check(file.ptr()) && !PyBytes_Check(file.ptr()) &&
+      !py::hasattr(file, "__fspath__")) {
+    throw py::type_error("file must be a str or os.PathLike, not " + describe_source(file));
+  }
   // As the system sees it, whatever bytes it holds.
   const auto name = py::module_::import("os").attr("fsencode")(file).cast<std::string>();
   DYOP_REQUIRE(name.find('\0') == std::string::npos, "a file's name holds no zero byte");

@@ -105,9 +105,44 @@ void explain(PyObject* args, PyObject* kwargs) {
   }
 }
 
+// The signatures of a bound function, one for each overload: "(t: float) -> float".
+py::list signatures_of(PyObject* function) {
+  const char* name = PyCapsule_GetName(function);
+  const auto* record =
+      static_cast<const py::detail::function_record*>(PyCapsule_GetPointer(function, name));
+  py::list signatures;
+  for (; record != nullptr; record = record->next) signatures.append(record->signature);
+  return signatures;
+}
+
+// Names the argument in the InvalidArgument that is set, if a converter of its value threw that.
+void name_argument(PyObject* function, PyObject* args, PyObject* kwargs) {
+  py::error_already_set thrown;
+  try {
+    const py::object given =
+        kwargs == nullptr ? py::object(py::dict()) : py::reinterpret_borrow<py::object>(kwargs);
+    const py::str message(thrown.value());
+    const py::object named =
+        py::module_::import("dyop._errors")
+            .attr("name_argument")(message, signatures_of(function), py::handle(args), given);
+    if (named.equal(message)) {
+      thrown.restore();
+    } else {
+      PyErr_SetObject(error_types.invalid_argument.ptr(), named.ptr());
+    }
+  } catch (py::error_already_set& error) {
+    error.restore();
+  }
+}
+
 PyObject* explained_call(PyObject* self, PyObject* args, PyObject* kwargs) {
   PyObject* result = refusing_call(self, args, kwargs);
-  if (result == nullptr && PyErr_ExceptionMatches(PyExc_TypeError) != 0) explain(args, kwargs);
+  if (result != nullptr) return result;
+  if (PyErr_ExceptionMatches(error_types.invalid_argument.ptr()) != 0) {
+    name_argument(self, args, kwargs);
+  } else if (PyErr_ExceptionMatches(PyExc_TypeError) != 0) {
+    explain(args, kwargs);
+  }
   return result;
 }
 

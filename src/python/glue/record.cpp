@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dyop/core/error.h"
+
 namespace dyop::python {
 
 namespace {
@@ -46,6 +48,23 @@ FreezableHolder* holder_of(py::handle object) {
   if (PyDict_GetItemString(types[0]->type->tp_dict, "_fields") == nullptr) return nullptr;
   const auto holder = reinterpret_cast<py::detail::instance*>(object.ptr())->get_value_and_holder();
   return holder.holder_constructed() ? &holder.holder<FreezableHolder>() : nullptr;
+}
+
+// Errors name the field.
+void set_field(const Field& field, void* record, py::handle value) {
+  try {
+    field.set(record, value);
+  } catch (const py::cast_error&) {
+    throw py::type_error(field.name + " cannot be " + std::string(py::repr(value)));
+  } catch (const py::type_error& error) {
+    const std::string message = error.what();
+    if (message.starts_with(field.name)) throw;
+    throw py::type_error(field.name + ": " + message);
+  } catch (const InvalidArgument& error) {
+    const std::string message = error.what();
+    if (message.starts_with(field.name)) throw;
+    throw InvalidArgument(field.name + ": " + message);
+  }
 }
 
 void require_unfrozen(py::handle record, const std::string& field) {
@@ -151,15 +170,10 @@ void add_property(const py::object& type, const Field& field, const char* doc, b
   });
   py::object set = py::none();
   if (is_writable) {
-    set = py::cpp_function(
-        [set = field.set, pointer_of, name = field.name](py::handle self, py::handle value) {
-          require_unfrozen(self, name);
-          try {
-            set(pointer_of(self), value);
-          } catch (const py::cast_error&) {
-            throw py::type_error(name + " cannot be " + std::string(py::repr(value)));
-          }
-        });
+    set = py::cpp_function([field, pointer_of](py::handle self, py::handle value) {
+      require_unfrozen(self, field.name);
+      set_field(field, pointer_of(self), value);
+    });
   }
   const auto property = py::module_::import("builtins").attr("property");
   type.attr(field.name.c_str()) = property(get, set, py::none(), doc);
@@ -173,11 +187,7 @@ void set_fields(void* record, const FieldList& fields, const py::kwargs& values)
     if (field == fields.end()) {
       throw py::type_error("there is no field '" + name + "'; there are " + names_of(fields));
     }
-    try {
-      field->set(record, value);
-    } catch (const py::cast_error&) {
-      throw py::type_error(name + " cannot be " + std::string(py::repr(value)));
-    }
+    set_field(*field, record, value);
   }
 }
 

@@ -222,10 +222,9 @@ Field deadline_field() {
           },
           [](void* r, py::handle value) {
             auto& deadline = static_cast<RunnerOptions*>(r)->deadline;
+            const auto limit = value.cast<std::optional<double>>();
             deadline.reset();
-            if (value.is_none()) return;
-            deadline =
-                std::chrono::nanoseconds(std::int64_t(value.cast<double>() * 1e9));  // nanoseconds
+            if (limit) deadline = std::chrono::nanoseconds(std::int64_t(*limit * 1e9));
           }};
 }
 

@@ -313,8 +313,8 @@ void bind_compositions(py::module_& m) {
   using ConstMotion = std::shared_ptr<const Motion>;
   py::class_<ComposedMotion, Motion, std::shared_ptr<ComposedMotion>>(
       m, "ComposedMotion", "A body that moves relative to a moving frame: X_WB = X_WM X_MB.")
-      .def(py::init<ConstMotion, ConstMotion>(), py::arg("X_WM"), py::arg("X_MB"),
-           "The frame's motion in world, and the body's in the frame.")
+      .def(py::init<ConstMotion, ConstMotion>(), py::arg("X_WM").none(false),
+           py::arg("X_MB").none(false), "The frame's motion in world, and the body's in the frame.")
       .def(
           "outer", [](const std::shared_ptr<ComposedMotion>& c) { return part_of(c, c->outer()); },
           "X_WM.")
@@ -352,6 +352,13 @@ void bind_compositions(py::module_& m) {
       });
 }
 
+void require_function(const py::object& value, const char* name) {
+  if (PyCallable_Check(value.ptr()) != 0) return;
+  throw py::type_error("UserMotion: " + std::string(name) +
+                       " must be a function, not a value of type " +
+                       std::string(py::str(py::type::of(value).attr("__name__"))));
+}
+
 void bind_user_motion(py::module_& m) {
   py::class_<PythonMotion, Motion, std::shared_ptr<PythonMotion>>(
       m, "UserMotion",
@@ -361,6 +368,10 @@ void bind_user_motion(py::module_& m) {
       .def(py::init([](const py::object& pose, const py::object& twist,
                        const py::object& twist_bound, const py::object& smooth_until,
                        const IntervalArgument& domain) {
+             require_function(pose, "pose");
+             require_function(twist, "twist");
+             require_function(twist_bound, "twist_bound");
+             if (!smooth_until.is_none()) require_function(smooth_until, "smooth_until");
              const PythonMotion::Functions functions{SharedObject(pose), SharedObject(twist),
                                                      SharedObject(twist_bound),
                                                      SharedObject(smooth_until)};

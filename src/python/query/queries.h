@@ -49,8 +49,11 @@ void add_limits(SomeRecord& record, const Stoppable<Options>*) {
        [](const void* o, py::handle) { return seconds_of(static_cast<const T*>(o)->deadline); },
        [](void* o, py::handle value) {
          auto& deadline = static_cast<T*>(o)->deadline;
-         deadline.reset();
-         if (!value.is_none()) deadline = deadline_of(value);
+         if (value.is_none()) {
+           deadline.reset();
+         } else {
+           deadline = deadline_of(value);
+         }
        }},
       "Optional[float]: when to stop, in seconds of time.monotonic()");
   record.custom(
@@ -221,8 +224,8 @@ Field id_field() {
           },
           [](void* r, py::handle value) {
             auto& id = static_cast<T*>(r)->obstacle;
-            id.reset();
-            if (!value.is_none()) id = ObstacleId(value.cast<std::uint64_t>());
+            const auto number = value.cast<std::optional<std::uint64_t>>();
+            id = number ? std::optional(ObstacleId(*number)) : std::nullopt;
           }};
 }
 

@@ -216,8 +216,10 @@ py::object python_function(const StdFunction& function) {
 template <typename Function, typename StdFunction>
 void set_function(StdFunction& function, py::handle value) {
   if (value.is(py::ellipsis())) return;
-  function = nullptr;
-  if (value.is_none()) return;
+  if (value.is_none()) {
+    function = nullptr;
+    return;
+  }
   if (PyCallable_Check(value.ptr()) == 0) throw py::type_error("a function is wanted");
   function = Function{SharedObject(py::reinterpret_borrow<py::object>(value))};
 }
