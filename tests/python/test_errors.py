@@ -187,6 +187,10 @@ TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
             TypeError,
             "'sample_count' must be an integer, .*ndarray",
         ),
+        (lambda: dyop.TriangleMesh(TRIANGLE, [[0, 0.7, 2]]), ValueError, "triangles must be .* list"),
+        (lambda: dyop.SampledMotion([0, 1], "xx"), ValueError, "poses: pose must be .* str"),
+        (lambda: dyop.ToiStatus(77), ValueError, "77 is no ToiStatus"),
+        (lambda: dyop.BodyKind(-1), (ValueError, TypeError), "-1"),
         (lambda: dyop.load_mesh(5), TypeError, "file must be a str or os.PathLike, .* int"),
         (lambda: dyop.UserMotion(1, 2, 3), TypeError, "pose must be a function, .* int"),
         (
@@ -228,3 +232,7 @@ def test_an_error_of_a_users_function_comes_out_as_it_is():
     with pytest.raises(dyop.InvalidArgument) as caught:
         motion.pose(0.0)
     assert caught.value is mine
+
+
+def test_members_of_enums_are_made_from_their_numbers():
+    assert all(type(one)(int(one)) == one for one in dyop.ToiStatus)

@@ -18,7 +18,13 @@ from ._view import Page, view
 
 
 class _EnumType(type(_dyop.ToiStatus)):
-    """Lets one loop over the members of an enum, and count them."""
+    """Lets one loop over the members of an enum, and count them; there are no others."""
+
+    def __call__(cls, value):
+        made = super().__call__(value)
+        if made.name not in cls.__members__:
+            raise _dyop.InvalidArgument(f"{value} is no {cls.__name__}")
+        return made
 
     def __iter__(cls):
         return iter(cls.__members__.values())

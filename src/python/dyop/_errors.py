@@ -22,7 +22,7 @@ _NUMBERS = {
 _UNNAMED = re.compile(
     r"(vector|matrix|pose|position of a pose|twist|v|w|state|interval) must be .*, not (.*)$", re.S
 )
-_CONVERTED = re.compile(r"PoseLike|TwistLike|StateLike|IntervalLike|numpy\.ndarray\[\(3,")
+_CONVERTED = re.compile(r"PoseLike|TwistLike|StateLike|IntervalLike|object|handle|numpy\.ndarray\[\(3,")
 
 
 def _split(text):

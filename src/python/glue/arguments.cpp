@@ -225,8 +225,11 @@ std::vector<TriangleIndices> triangles_of(py::handle source, CopyRule rule) {
   if (rule == CopyRule::Never && !py::isinstance<py::array_t<std::int32_t>>(source)) {
     refuse("triangles", std::string(kWanted) + " under copy=False", source);
   }
-  // Safe casting: integers only, and none that int64 cannot hold.
-  const auto array = converted<py::array_t<std::int64_t, py::array::c_style>>(source);
+  // Safe casting: integers only, and none that int64 cannot hold. Lists become arrays of their own
+  // type first: numpy would cut off the fractions in them.
+  const auto own = converted<py::array>(source);
+  if (!own) refuse("triangles", kWanted, source);
+  const auto array = converted<py::array_t<std::int64_t, py::array::c_style>>(own);
   if (!array || array.ndim() != 2 || array.shape(1) != 3) {
     refuse("triangles", kWanted, source);
   }
