@@ -77,8 +77,10 @@ void require_unfrozen(py::handle record, const std::string& field) {
 
 // Not a view of what another kind of object holds.
 bool owns_memory(py::object array) {
-  while (py::isinstance<py::array>(array)) array = array.attr("base");
-  return array.is_none();
+  while (array && py::isinstance<py::array>(array)) {
+    array = py::reinterpret_borrow<py::object>(py::detail::array_proxy(array.ptr())->base);
+  }
+  return !array;
 }
 
 template <typename Sequence>
@@ -113,7 +115,9 @@ py::object sealed(py::object value) {
   if (PyList_CheckExact(value.ptr())) return sealed_items(py::list(value));
   if (PyTuple_CheckExact(value.ptr())) return sealed_items(py::tuple(value));
   if (py::isinstance<py::array>(value)) {
-    if (owns_memory(value)) value.attr("flags").attr("writeable") = false;
+    if (owns_memory(value)) {
+      py::detail::array_proxy(value.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+    }
   } else if (FreezableHolder* holder = holder_of(value)) {
     holder->is_frozen = true;
   }
