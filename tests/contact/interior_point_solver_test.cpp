@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <string>
 
 #include "dyop/contact/contact_solver.h"
 #include "support/inputs/contact_scenes.h"
+#include "support/inputs/random_inputs.h"
 #include "support/oracles/contact_oracle.h"
 
 namespace dyop::contact_internal {
@@ -15,6 +18,9 @@ namespace {
 using dyop::testing::arch_scene;
 using dyop::testing::broken_contact_law;
 using dyop::testing::pile_scene;
+using dyop::testing::random_direction;
+using dyop::testing::random_index;
+using dyop::testing::random_number;
 using dyop::testing::stack_scene;
 using dyop::testing::wall_scene;
 
@@ -156,6 +162,52 @@ TEST(InteriorPointSolver, HoldsWhatJointsTie) {
   EXPECT_EQ(broken_contact_law(problem, 1.001 * kTolerance), "");
   EXPECT_NEAR(problem.rows[3].impulse, 1e-3, 1e-9);
   EXPECT_NEAR(problem.rows[4].impulse, 0, 1e-9);
+}
+
+// Rows between any two of a stack's boxes along any axes, in any units: equations, limits, and
+// motors too weak to push a box to the side.
+void add_random_rows(ContactProblem& problem, Scalar weight, std::mt19937_64& random) {
+  const int count = static_cast<int>(problem.bodies.size());
+  for (int k = 0; k < 8; ++k) {
+    const int a = 1 + random_index(count - 1, random);
+    const int b = 1 + random_index(count - 1, random);
+    if (a == b) continue;
+    JointRow& row = add_row(problem, std::size_t(a), std::size_t(b), random_direction(random));
+    if (k % 3 == 1) row.lower = 0;
+    if (k % 3 != 2) continue;
+    row.target = random_number(-1, 1, random);
+    row.upper = 0.01 * weight * random_number(0, 1, random);
+    row.lower = -0.01 * weight * random_number(0, 1, random);
+  }
+}
+
+TEST(InteriorPointSolver, KeepsTheLawsOfRandomRows) {
+  std::mt19937_64 random(31);
+  int solved = 0;
+  constexpr int kProblems = 400;
+  for (int i = 0; i < kProblems; ++i) {
+    SCOPED_TRACE(i);
+    ContactProblem problem = stack_scene(6);
+    const Scalar weight =
+        problem.bodies.back().free_v_W.norm() * 3 / problem.bodies.back().inverse_mass_W.trace();
+    add_random_rows(problem, weight, random);
+    const Scalar length = std::pow(10, i % 5 * 2 - 4);
+    problem = in_other_units(problem, length);
+    for (JointRow& row : problem.rows) {
+      row.target *= length;
+      row.lower *= std::pow(length, 4);
+      row.upper *= std::pow(length, 4);
+    }
+    const ContactReport report = rest(problem, kTolerance * length);
+    for (const JointRow& row : problem.rows) {
+      EXPECT_GE(row.impulse, row.lower);
+      EXPECT_LE(row.impulse, row.upper);
+    }
+    if (report.residual > kTolerance * length) continue;
+    ++solved;
+    EXPECT_EQ(broken_contact_law(problem, 1.001 * kTolerance * length), "");
+  }
+  EXPECT_GT(solved, kProblems * 9 / 10);
 }
 
 }  // namespace

@@ -298,6 +298,11 @@ void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOpti
     const Scalar bound = system.blocks()[std::size_t(block.owner)].lambda[0];
     block.lambda = project(block, block.lambda, bound);
   }
+  // An impulse between two bounds may have been rounded beyond one.
+  for (const RowBarrier& row : rows_) {
+    Block& block = system.blocks()[row.block()];
+    block.lambda = project(block, block.lambda, 0);
+  }
   system.update_velocities();
 }
 

@@ -53,11 +53,11 @@ void RowBarrier::begin(const Block& block, std::size_t index, Scalar u, Scalar r
   lower_.is_finite = block.lower > -kInfinity;
   upper_.is_finite = block.upper < kInfinity;
   if (lower_.is_finite) {
-    lower_.room = impulse_ - block.lower;
+    lower_.room = std::max(impulse_ - block.lower, inside);  // rounding may take it all
     lower_.speed = std::max(u, Scalar{0}) + residual;
   }
   if (upper_.is_finite) {
-    upper_.room = block.upper - impulse_;
+    upper_.room = std::max(block.upper - impulse_, inside);
     upper_.speed = std::max(-u, Scalar{0}) + residual;
   }
 }

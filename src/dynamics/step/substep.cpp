@@ -349,6 +349,8 @@ class UnforcedMoves {
   /// The end of a contact of two corners that closes fast enough to meet, but will pass. None for
   /// any other contact.
   std::optional<PredictedEnd> corner_end(const RunPair& pair, const ContactPoint& point) const;
+  /// Velocity of B's point relative to A's.
+  Vector3 relative_velocity(const RunPair& pair, const ContactPoint& point) const;
 
  private:
   Vector3 velocity(const std::optional<std::size_t>& member, const BodyRecord& body,
@@ -377,6 +379,11 @@ Vector3 UnforcedMoves::velocity(const std::optional<std::size_t>& member, const 
   return twist.v_WB + twist.w_WB.cross(p_W - center);
 }
 
+Vector3 UnforcedMoves::relative_velocity(const RunPair& pair, const ContactPoint& point) const {
+  const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
+  return velocity(pair.member_b, *pair.b, middle) - velocity(pair.member_a, *pair.a, middle);
+}
+
 RigidPose UnforcedMoves::end_of(const std::optional<std::size_t>& member,
                                 const BodyRecord& body) const {
   if (member) {
@@ -392,10 +399,7 @@ std::optional<PredictedEnd> UnforcedMoves::corner_end(const RunPair& pair,
                                                       const ContactPoint& point) const {
   const Scalar rest_gap = pair.state->lengths.rest_gap();
   if (is_on_face(point) || point.gap <= rest_gap) return std::nullopt;
-  const Vector3 middle = (point.p_WCa + point.p_WCb) / 2;
-  const Vector3 apart =
-      velocity(pair.member_b, *pair.b, middle) - velocity(pair.member_a, *pair.a, middle);
-  const Scalar linear_gap = point.gap + tau_ * point.nhat_AB_W.dot(apart);
+  const Scalar linear_gap = point.gap + tau_ * point.nhat_AB_W.dot(relative_velocity(pair, point));
   if (linear_gap >= rest_gap) return std::nullopt;
   const EndGap end =
       end_gap(point, *pair.a, run_.pose_of(pair.member_a, *pair.a), end_of(pair.member_a, *pair.a),
@@ -569,6 +573,8 @@ void solve_substep_end(IslandRun& run, Scalar tau, bool may_bounce) {
     if (const auto end = unforced.corner_end(pair, entry.point)) node.predict_end(i, *end);
     const Scalar missing = pair.state->lengths.rest_gap() - entry.point.gap;
     node.set_target(i, missing >= 0 ? 0 : node.least_velocity(i, tau));
+    // The midpoint rule: both halves have the coefficient of the velocity in the middle.
+    node.fix_friction(i, unforced.relative_velocity(pair, entry.point));
   }
   std::vector<Vector3> moving;  // impulses of the move
   for (const PointContact& row : node.problem().contacts) moving.push_back(row.impulse_W);

@@ -402,6 +402,19 @@ ContactReport SubstepProblem::solve_with(const ContactSolverOptions& options, in
   return report.status == ContactStatus::Converged ? report : solver.solve(problem_, options);
 }
 
+Scalar SubstepProblem::friction_by_law(std::size_t contact, const Vector3& sliding_W) const {
+  const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
+  return run_.context().options->friction_law(pair.a->id, pair.b->id, sliding_W);
+}
+
+void SubstepProblem::fix_friction(std::size_t contact, const Vector3& velocity_W) {
+  if (!run_.context().options->friction_law) return;
+  PointContact& row = problem_.contacts[contact];
+  row.friction =
+      friction_by_law(contact, velocity_W - row.nhat_AB_W * row.nhat_AB_W.dot(velocity_W));
+  has_fixed_friction_ = true;
+}
+
 ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
   StepStatistics& work = run_.outcome().work;
   work.contacts = std::max(work.contacts, std::int64_t(contacts_.size()));
@@ -431,10 +444,9 @@ ContactReport SubstepProblem::solve(Scalar tau, bool is_impact) {
     options.newton_limit = 0;
     options.admm_limit = 0;
   }
-  if (const auto& law = run_.context().options->friction_law) {
-    problem_.friction_law = [this, &law](std::size_t contact, const Vector3& sliding_W) {
-      const IslandRun::RunPair& pair = run_.pairs()[contacts_[contact].pair];
-      return law(pair.a->id, pair.b->id, sliding_W);
+  if (run_.context().options->friction_law && !has_fixed_friction_) {
+    problem_.friction_law = [this](std::size_t contact, const Vector3& sliding_W) {
+      return friction_by_law(contact, sliding_W);
     };
   }
   LimitInterrupt interrupt(run_.context().limits);
@@ -556,9 +568,9 @@ void SubstepProblem::add_impulses(VelocityChange& change, Scalar share) const {
     const BodyId a = id_of(row.body_a);
     const BodyId b = id_of(row.body_b);
     if (!row.impulse_W.isZero(0)) {
-      change.contacts.push_back({a, b, center_of(row.body_b) + row.r_b_W, row.nhat_AB_W,
-                                 row.impulse_W, row.target,
-                                 problem_.friction_law ? kUnknownFriction : row.friction});
+      change.contacts.push_back(
+          {a, b, center_of(row.body_b) + row.r_b_W, row.nhat_AB_W, row.impulse_W, row.target,
+           run_.context().options->friction_law ? kUnknownFriction : row.friction});
     }
     if (row.angular_impulse_W.isZero(0)) continue;
     change.links.push_back({LinkImpulse::Kind::Rolling, a, b, Vector3::Zero(),

@@ -88,6 +88,9 @@ class SubstepProblem {
   void set_target(std::size_t contact, Scalar target) {
     problem_.contacts[contact].target = target;
   }
+  /// Under a friction law: gives a contact the coefficient at this velocity of B's point relative to
+  /// A's, whatever it slides with after the solve. Either all contacts or none.
+  void fix_friction(std::size_t contact, const Vector3& velocity_W);
   /// Takes a contact's end from a prediction before the first solve.
   void predict_end(std::size_t contact, const PredictedEnd& predicted);
   /// Takes a contact's end after the last solve: corrects the prediction of its gap, and lets it
@@ -184,6 +187,7 @@ class SubstepProblem {
   Scalar tolerance(Scalar tau) const;
   ContactReport solve_with(const ContactSolverOptions& options, int first_sweeps);
   Scalar impact_tolerance(Scalar tau) const;
+  Scalar friction_by_law(std::size_t contact, const Vector3& sliding_W) const;
 
   struct TakenEnd {  // when the end of a contact was taken
     Vector3 v_a_W, w_a_W, v_b_W, w_b_W;
@@ -202,6 +206,7 @@ class SubstepProblem {
   std::vector<std::pair<std::uint32_t, std::size_t>> supports_;  // slot, body of the problem
   std::size_t first_contacts_ = 0;                               // without those from hits
   std::size_t ball_contacts_ = 0;                                // of pairs with a ball
+  bool has_fixed_friction_ = false;
   Scalar rest_offset_ = kInfinity;
   Vector3 carried_W_ = Vector3::Zero();  // velocity of what carries the island, such as a belt
   Scalar start_speed_ = 0;               // of the fastest member relative to that, turning included
