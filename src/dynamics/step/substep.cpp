@@ -111,6 +111,7 @@ class EndSearch {
     return end_of_features(substep_, contacts_[k], pair, poses_.of(substep_.run(), pair),
                            poses_.tau);
   }
+  bool stays_at_its_corner(std::size_t k) const;
   std::vector<CurvedRange> sort_curved();
   bool measure(const CurvedRange& range, StepWorkspace& workspace);
 
@@ -121,6 +122,19 @@ class EndSearch {
   std::vector<char> is_curved_;
   std::vector<std::size_t> curved_;  // by pair
 };
+
+// A contact stands for all those that it reaches in a step. In a much shorter substep it does not
+// reach the next corner: that one would push at the wrong place.
+bool EndSearch::stays_at_its_corner(std::size_t k) const {
+  constexpr Scalar kMuchShorter = 0.1;
+  const ContactPoint& point = substep_.contacts()[contacts_[k]].point;
+  if (!(point.merged_way > 0) || poses_.tau > kMuchShorter * substep_.run().context().h) {
+    return false;
+  }
+  const CurvedMove move = substep_.curved_move(contacts_[k], poses_.tau);
+  const Scalar way = move.sliding + move.rolling * run_pair(k).state->lengths.radius;
+  return kContactMeasuredWays * way < point.merged_way;
+}
 
 // The facet of a contact on a curved surface says little about its end: other facets may have come
 // nearer by then. Those of one pair are looked for together.
@@ -179,7 +193,7 @@ std::optional<std::vector<EndGap>> EndSearch::run() {
   run.for_all(contacts_.size(), [&](std::size_t k, StepWorkspace&) {
     const RunPair& pair = run_pair(k);
     const ContactPoint& point = substep_.contacts()[contacts_[k]].point;
-    is_curved_[k] = is_on_curved_surface(point, *pair.a, *pair.b);
+    is_curved_[k] = is_on_curved_surface(point, *pair.a, *pair.b) && !stays_at_its_corner(k);
     if (!is_curved_[k]) ends_[k] = end_of_contact(k);
   });
   const std::vector<CurvedRange> ranges = sort_curved();
