@@ -625,9 +625,10 @@ constexpr Scalar kNoProgress = 0.9;
 // Infeasible substeps that only use the room that is left, in one step. By then it is so at more
 // than one pose.
 constexpr int kMostInfeasible = 3;
-// Per pair and step. If the bodies fail to meet where a hit ended the substep, that hit exists only
-// in the longer one (a joint swings what spins fast): it is solved there as a contact.
-constexpr int kMostMissedLandings = 2;
+// Per pair and step. The substep that ends at a hit is not the one in which it was found: what spins
+// fast misses it by less each time. If the bodies still do not meet, that hit exists only in the
+// longer one (a joint swings what spins fast): it is solved there as a contact.
+constexpr int kMostMissedLandings = 5;
 // While bodies are pushed apart, the substep after one that had to be shortened tries this many
 // times its length: what blocked the longer ones has hardly changed.
 constexpr Scalar kLonger = 4;
