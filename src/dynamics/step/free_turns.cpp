@@ -48,7 +48,7 @@ Vector3 nearest_branch(const Vector3& theta, const Vector3& guess) {
 
 Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                            const Vector3& L_W, Scalar tau, const Vector3& w_W) {
-  constexpr int kMostPieces = 1'000'000;
+  constexpr int kMostPieces = 100'000;
   const Vector3 L_B = R_WB.transpose() * L_W;
   if (tau * inverse_inertia_B.norm() * L_B.norm() <= kSmallTurn) {
     return R_WB * small_turn(inverse_inertia_B, L_B, tau) / tau;

@@ -13,7 +13,7 @@ namespace dyop::dynamics_internal {
 
 /// The constant angular velocity that takes a body without torque from R_WB to where it is after
 /// tau, given the inverse of its inertia about the centre of mass: of those that do, the one nearest
-/// to w_W. What turns by more than a million radians keeps w_W.
+/// to w_W. What turns by tens of thousands of radians keeps w_W.
 DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                                        const Vector3& L_W, Scalar tau, const Vector3& w_W);
 
