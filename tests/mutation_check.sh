@@ -52,6 +52,16 @@ mistake ray_boxes_not_widened src/distance/ray_cast.cpp distance 'RayCast*' \
 mistake corner_not_seen src/distance/distance_derivatives.cpp distance 'DistanceDerivatives*' \
   'const Scalar error = std::max(derivative - right, left - derivative) / reach;' \
   'const Scalar error = std::min(derivative - right, left - derivative) / reach / 1e3;'
+mistake free_turn_of_second_order src/dynamics/step/free_turns.cpp dynamics 'MeanFreeVelocity*' \
+  'tau / 6 * (2 * w_2' 'tau / 6 * (3 * w_2'
+mistake free_turns_not_corrected src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
+  '* L_W[i] + corrections_W_[i]' '* L_W[i]'
+mistake bounced_corner_is_pushed src/dynamics/step/substep.cpp dynamics 'ThinBodies*' \
+  'is_pushed ? speed : -std::abs(speed)' 'is_pushed ? speed : speed'
+mistake hit_carried_without_its_turn src/dynamics/step/end_gap.cpp dynamics 'ThinBodies*:HitContacts*' \
+  'rotation_from_vector(about_normal_W)' 'rotation_from_vector(0 * about_normal_W)'
+mistake friction_taken_at_the_end src/dynamics/step/substep.cpp dynamics 'WorldDriving*' \
+  'node.fix_friction(i, unforced' '(void)(unforced'
 mistake hull_vertex_lost src/geometry/hull/quickhull.cpp geometry '*Hull*' \
   'if (p != apex) assign(p, cone_);' 'if (p > apex) assign(p, cone_);'
 mistake leaf_range_one_short src/hierarchy/mesh_hierarchy.cpp hierarchy '*' \

@@ -111,6 +111,22 @@ TEST(ThinBodies, AClatteringRodIsNotThrownUp) {
   }
 }
 
+TEST(ThinBodies, AClatteringRodKeepsItsEnergy) {
+  for (int i = 0; i < 300; ++i) {
+    SCOPED_TRACE(i);
+    std::mt19937_64 random(500 + static_cast<unsigned>(i));
+    const Surface surface{0, 1};
+    World world(earth_options());
+    world.add_body(ground(surface));
+    const auto rod = std::make_shared<Box>(Vector3(0.15, 0.01, 0.01));
+    const BodyId id = world.add_body(thrown(rod, Vector3(0, 0, 0.4), 1, 6, surface, random));
+    const Scalar lift = 0.15 * kGravity * world.body(id).mass_properties.mass;
+    const EnergyChanges changes = energy_changes(world, {id}, 0.0025, 1.5);
+    EXPECT_LT(changes.greatest, 0.02 * lift);
+    EXPECT_GT(changes.least, -0.02 * lift);
+  }
+}
+
 // Every normal force on a round needle passes through its axis. Its spin once changed by thousands
 // of radians per second.
 TEST(ThinBodies, AFrictionlessNeedleKeepsItsSpin) {
@@ -120,7 +136,8 @@ TEST(ThinBodies, AFrictionlessNeedleKeepsItsSpin) {
     const Surface surface{0, i % 2 == 0 ? 0.8 : 0.0};
     World world(earth_options());
     world.add_body(i % 4 < 2 ? ground(surface) : floor_body(0, surface.restitution));
-    const auto needle = std::make_shared<Capsule>(0.005, 0.15);
+    std::shared_ptr<const Shape> needle = std::make_shared<Capsule>(0.005, 0.15);
+    if (i % 3 == 0) needle = std::make_shared<Cylinder>(0.005, 0.15);
     const BodyId id = world.add_body(thrown(needle, Vector3(0, 0, 0.4), 0.3, 6, surface, random));
     const auto spin = [&] {
       const MotionState state = world.state(id);
@@ -129,7 +146,7 @@ TEST(ThinBodies, AFrictionlessNeedleKeepsItsSpin) {
     const Scalar before = spin();
     const Scalar h = i % 8 < 4 ? 0.01 : 0.0025;
     for (int k = 0; k < std::lround(1 / h); ++k) world.advance(h);
-    EXPECT_NEAR(spin(), before, surface.restitution > 0 ? 1e-3 : 0.6);
+    EXPECT_NEAR(spin(), before, surface.restitution > 0 ? 2e-3 : 0.6);
   }
 }
 
