@@ -508,7 +508,7 @@ Vector3 acting_point(const ContactPoint& hit, const ContactBody& body_a,
   const bool is_of_a = b == FeatureKind::Face || (a == FeatureKind::Vertex && !is_on_face(hit));
   const bool is_of_b = a == FeatureKind::Face || (b == FeatureKind::Vertex && !is_on_face(hit));
   if (is_of_a != is_of_b) return is_of_a ? Vector3(hit.p_WCa + half) : Vector3(hit.p_WCb - half);
-  // Neither: nearer to that of the body which a torque along the gap's lever turns more.
+  // Neither: closer to the point of the body that an offset would spin more.
   const Vector3 lever_W = (hit.p_WCb - hit.p_WCa).cross(hit.nhat_AB_W);
   const Scalar turn_a = lever_W.dot(body_a.inverse_inertia_W * lever_W);
   const Scalar turn_b = lever_W.dot(body_b.inverse_inertia_W * lever_W);

@@ -12,19 +12,18 @@
 namespace dyop::dynamics_internal {
 
 /// The constant angular velocity that takes a body without torque from R_WB to where it is after
-/// tau, given the inverse of its inertia about the centre of mass: of those that do, the one nearest
-/// to w_W. What turns by tens of thousands of radians keeps w_W.
+/// tau, given the inverse of its inertia about the centre of mass. Several do; this is the one nearest
+/// to w_W. Returns w_W itself for turns of tens of thousands of radians, which are not followed.
 DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                                        const Vector3& L_W, Scalar tau, const Vector3& w_W);
 
-/// How the members of an island turn in a move of length tau that begins with impulses: like bodies
-/// without torque from then on. So they keep their energy, however thin they are and however far
-/// they turn.
+/// How the members of an island turn in a move of length tau. Impulses act at its start; after them
+/// a body turns as it does without torque, so it keeps its energy, however thin it is and however far
+/// it turns.
 ///
-/// The solve for the impulses has the members' mobility at the start of the move, which is exact for
-/// impulses across the axis of a thin body, and a correction of their velocities after the impulses
-/// of the solve before. Bodies with locked rotations move with the velocity that they have in the
-/// middle.
+/// Each solve uses the mobility at the start of the move, which is exact for impulses across the axis
+/// of a thin body, and corrects the velocity for the turn that the impulses of the last solve lead
+/// to. Bodies with locked rotations turn at their velocity in the middle of the move.
 class FreeTurns {
  public:
   FreeTurns(const IslandRun& run, Scalar tau);
@@ -35,8 +34,8 @@ class FreeTurns {
   /// Takes the members' angular momenta after the impulses of the last solve. Returns whether some
   /// turn so differently that the solve must be repeated.
   bool follow(const SubstepProblem& substep, const std::vector<Vector3>& L_W);
-  /// Whether the last solve turns some member such that its energy changes without work: a shorter
-  /// move is needed.
+  /// Whether the last solve turns a member so that its energy changes without work. Then the move
+  /// must be shorter.
   bool are_guessed(const SubstepProblem& substep, const std::vector<Vector3>& L_W) const;
 
  private:

@@ -228,7 +228,7 @@ bool resolve_impacts(IslandRun& run, bool may_bounce) {
     forget();
     return false;
   }
-  // What has met here may land again.
+  // A pair that has met may miss its next landing as often again.
   for (RunPair& pair : run.pairs()) {
     if (pair.hit && has_met(pair)) pair.missed_landings = 0;
   }

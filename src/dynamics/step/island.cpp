@@ -412,8 +412,9 @@ Twist IslandRun::central_twist(const std::optional<std::size_t>& member,
 
 namespace {
 
-// Over sqrt(r a). Impacts are told that are faster than a fall by r / 200, however long the step.
-constexpr Scalar kToldSpeed = 0.1;
+// Times sqrt(r a): the speed of a fall by r / 200. Any faster impact is reported, however long the
+// step.
+constexpr Scalar kReportedSpeed = 0.1;
 
 }  // namespace
 
@@ -432,7 +433,8 @@ Scalar IslandRun::restitution_speed(const RunPair& pair) const {
       std::max(speed_of(pair.member_a, *pair.a), speed_of(pair.member_b, *pair.b));
   Scalar usual = 2 * context_.h * pair.acceleration;
   if (context_.options->policy != ImpactPolicy::Impulse) {
-    usual = std::min(usual, kToldSpeed * std::sqrt(pair.acceleration * pair.state->lengths.radius));
+    usual =
+        std::min(usual, kReportedSpeed * std::sqrt(pair.acceleration * pair.state->lengths.radius));
   }
   return std::max(usual, contact_tolerance(fastest, pair.state->lengths.rest_offset, context_.h));
 }
@@ -441,12 +443,12 @@ Scalar IslandRun::contact_restitution_speed(const RunPair& pair) const {
   return std::max(restitution_speed(pair), context_.h * pair.acceleration);
 }
 
-// Whether a contact that now opens at this speed will bounce where it lands, or be told of. Flights
+// Whether a contact that now opens at this speed will bounce where it lands, or be reported. Flights
 // then follow a ball to where the sum of its bounces ends, whatever the length of the step.
 bool IslandRun::will_bounce(const RunPair& pair, const ContactPoint& point, Scalar speed) const {
-  const bool is_told = context_.options->policy != ImpactPolicy::Impulse;
+  const bool is_reported = context_.options->policy != ImpactPolicy::Impulse;
   const bool may_bounce = context_.options->restitution_speed && pair.restitution > 0;
-  if (!may_bounce && !is_told) return false;
+  if (!may_bounce && !is_reported) return false;
   // What a callback left as it is does not bounce any more.
   if (speed < 0 && pair.state->answered_at == now_) return false;
   if (impact_count_ >= kMostImpacts) return false;

@@ -200,8 +200,9 @@ class IslandRun {
 
   /// Pose at now() of the frame B of either body of a pair.
   RigidPose pose_of(const std::optional<std::size_t>& member, const BodyRecord& body) const;
-  /// Faster approaches of a pair bounce: those that forces alone do not cause within two steps and
-  /// that a solve of contacts does not leave. Slower ones than those are told as impacts.
+  /// Approaches of a pair that are faster than this bounce: faster than forces alone can cause
+  /// within two steps, and than a contact solve leaves. It is lower under the policies Stop and
+  /// Callback, which report every impact above it.
   Scalar restitution_speed(const RunPair& pair) const;
   /// The same between bodies in contact, where the step cannot tell an approach from what forces do
   /// in its course: a body at rest would bounce in every step.

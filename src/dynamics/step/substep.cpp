@@ -123,8 +123,8 @@ class EndSearch {
   std::vector<std::size_t> curved_;  // by pair
 };
 
-// A contact stands for all those that it reaches in a step. In a much shorter substep it does not
-// reach the next corner: that one would push at the wrong place.
+// A merged contact stands for all corners that it reaches in a step. In a much shorter substep it
+// does not get to the next corner, and a push for that one would act at the wrong place.
 bool EndSearch::stays_at_its_corner(std::size_t k) const {
   constexpr Scalar kMuchShorter = 0.1;
   const ContactPoint& point = substep_.contacts()[contacts_[k]].point;
@@ -625,9 +625,9 @@ constexpr Scalar kNoProgress = 0.9;
 // Infeasible substeps that only use the room that is left, in one step. By then it is so at more
 // than one pose.
 constexpr int kMostInfeasible = 3;
-// Per pair and step. The substep that ends at a hit is not the one in which it was found: what spins
-// fast misses it by less each time. If the bodies still do not meet, that hit exists only in the
-// longer one (a joint swings what spins fast): it is solved there as a contact.
+// Per pair and step. A substep that is cut to end at a hit moves the bodies a little differently, and
+// fast spinning ones may miss each other, by less each time. If they still do not meet, the hit
+// exists only in the longer substep (as where a joint swings the body): there it becomes a contact.
 constexpr int kMostMissedLandings = 5;
 // While bodies are pushed apart, the substep after one that had to be shortened tries this many
 // times its length: what blocked the longer ones has hardly changed.

@@ -70,6 +70,28 @@ EnergyChanges energy_changes(World& world, const std::vector<BodyId>& bodies, Sc
   return changes;
 }
 
+/// One body thrown on a half-space, and the energy that lifts it by 1.
+struct Throw {
+  World world;
+  BodyId id;
+  Scalar weight = 0;
+};
+
+Throw thrown_alone(const std::shared_ptr<const Shape>& shape, const Surface& surface,
+                   std::mt19937_64& random) {
+  Throw result{World(earth_options()), {}, 0};
+  result.world.add_body(ground(surface));
+  result.id = result.world.add_body(thrown(shape, Vector3(0, 0, 0.4), 1, 6, surface, random));
+  result.weight = kGravity * result.world.body(result.id).mass_properties.mass;
+  return result;
+}
+
+const std::shared_ptr<const Shape>& rod() {
+  static const std::shared_ptr<const Shape> shape =
+      std::make_shared<Box>(Vector3(0.15, 0.01, 0.01));
+  return shape;
+}
+
 // Energy once rose by 258 times what lifts all needles by 0.1.
 TEST(ThinBodies, AHandfulOfNeedlesGainsNoEnergy) {
   const std::shared_ptr<const Shape> shapes[] = {std::make_shared<Capsule>(0.005, 0.15),
@@ -94,20 +116,16 @@ TEST(ThinBodies, AHandfulOfNeedlesGainsNoEnergy) {
   }
 }
 
-// It once rose by 355 times what lifts the rod by its length.
+// Its energy once rose by 355 times what lifts it by half its length.
 TEST(ThinBodies, AClatteringRodIsNotThrownUp) {
   const Surface surfaces[] = {{0, 0.5}, {0.5, 0.5}, {0.3, 0.9}, {0, 1}};
   for (int i = 0; i < 160; ++i) {
     SCOPED_TRACE(i);
     std::mt19937_64 random(static_cast<unsigned>(i));
     const Surface& surface = surfaces[i % 4];
-    World world(earth_options());
-    world.add_body(ground(surface));
-    const auto rod = std::make_shared<Box>(Vector3(0.15, 0.01, 0.01));
-    const BodyId id = world.add_body(thrown(rod, Vector3(0, 0, 0.4), 1, 6, surface, random));
-    const Scalar weight = kGravity * world.body(id).mass_properties.mass;
+    Throw scene = thrown_alone(rod(), surface, random);
     const Scalar h = i % 8 < 4 ? 0.01 : 0.02;
-    EXPECT_LT(energy_changes(world, {id}, h, 1.5).greatest, 0.05 * weight * 0.15);
+    EXPECT_LT(energy_changes(scene.world, {scene.id}, h, 1.5).greatest, 0.05 * scene.weight * 0.15);
   }
 }
 
@@ -115,15 +133,10 @@ TEST(ThinBodies, AClatteringRodKeepsItsEnergy) {
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(i);
     std::mt19937_64 random(500 + static_cast<unsigned>(i));
-    const Surface surface{0, 1};
-    World world(earth_options());
-    world.add_body(ground(surface));
-    const auto rod = std::make_shared<Box>(Vector3(0.15, 0.01, 0.01));
-    const BodyId id = world.add_body(thrown(rod, Vector3(0, 0, 0.4), 1, 6, surface, random));
-    const Scalar lift = 0.15 * kGravity * world.body(id).mass_properties.mass;
-    const EnergyChanges changes = energy_changes(world, {id}, 0.0025, 1.5);
-    EXPECT_LT(changes.greatest, 0.02 * lift);
-    EXPECT_GT(changes.least, -0.02 * lift);
+    Throw scene = thrown_alone(rod(), {0, 1}, random);
+    const EnergyChanges changes = energy_changes(scene.world, {scene.id}, 0.0025, 1.5);
+    EXPECT_LT(changes.greatest, 0.02 * scene.weight * 0.15);
+    EXPECT_GT(changes.least, -0.02 * scene.weight * 0.15);
   }
 }
 
@@ -155,15 +168,10 @@ TEST(ThinBodies, ABoxBouncesOnTwoCornersInAStep) {
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(i);
     std::mt19937_64 random(300 + static_cast<unsigned>(i));
-    const Surface surface{0, 1};
-    World world(earth_options());
-    world.add_body(ground(surface));
-    const auto box = std::make_shared<Box>(Vector3(0.1, 0.07, 0.05));
-    const BodyId id = world.add_body(thrown(box, Vector3(0, 0, 0.4), 1, 6, surface, random));
-    const Scalar weight = kGravity * world.body(id).mass_properties.mass;
-    const EnergyChanges changes = energy_changes(world, {id}, 0.01, 1.5);
-    EXPECT_LT(changes.greatest, 0.01 * weight * 0.1);
-    EXPECT_GT(changes.least, -0.01 * weight * 0.1);
+    Throw scene = thrown_alone(std::make_shared<Box>(Vector3(0.1, 0.07, 0.05)), {0, 1}, random);
+    const EnergyChanges changes = energy_changes(scene.world, {scene.id}, 0.01, 1.5);
+    EXPECT_LT(changes.greatest, 0.01 * scene.weight * 0.1);
+    EXPECT_GT(changes.least, -0.01 * scene.weight * 0.1);
   }
 }
 
