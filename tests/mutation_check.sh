@@ -56,6 +56,8 @@ mistake free_turn_of_second_order src/dynamics/step/free_turns.cpp dynamics 'Mea
   'tau / 6 * (2 * w_2' 'tau / 6 * (3 * w_2'
 mistake free_turns_not_corrected src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
   '* L_W[i] + corrections_W_[i]' '* L_W[i]'
+mistake energy_from_joints_not_noticed src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
+  'kMostJointGain * after' '1e3 * after'
 mistake bounced_corner_is_pushed src/dynamics/step/substep.cpp dynamics 'ThinBodies*' \
   'is_pushed ? speed : -std::abs(speed)' 'is_pushed ? speed : speed'
 mistake hit_carried_without_its_turn src/dynamics/step/end_gap.cpp dynamics 'ThinBodies*:HitContacts*' \

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 
+#include "core/deadline.h"
 #include "dyop/core/error.h"
 #include "dyop/dynamics/integrator.h"
 
@@ -177,11 +178,7 @@ std::unique_lock<std::shared_mutex> Reading::change(const ReadObject& object) {
 
 std::chrono::steady_clock::time_point deadline_after(double seconds) {
   DYOP_REQUIRE(seconds > 0, "seconds must be > 0, not ", seconds);
-  using Clock = std::chrono::steady_clock;
-  // A year is as good as no limit, and can be added to the clock.
-  constexpr double kLongest = 365 * 24 * 3600;
-  const std::chrono::duration<double> limit(std::min(seconds, kLongest));
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+  return core_internal::deadline_after(seconds);
 }
 
 namespace {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <optional>
@@ -9,6 +8,7 @@
 #include "cli/console.h"
 #include "cli/failure_record.h"
 #include "cli/picture/query_picture.h"
+#include "core/deadline.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/result_text.h"
 #include "dyop/toi/time_of_impact.h"
@@ -51,11 +51,7 @@ ToiOptions make_options(const ToiArguments& arguments, const InterruptGuard& int
   ToiOptions options = arguments.options;
   options.distance_tolerance = arguments.tolerance;
   if (arguments.time_limit) {
-    using Clock = std::chrono::steady_clock;
-    // A year is as good as no limit, and can be added to the clock.
-    constexpr Scalar kLongest = 365 * 24 * 3600;
-    const std::chrono::duration<Scalar> limit(std::min(*arguments.time_limit, kLongest));
-    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+    options.deadline = core_internal::deadline_after(*arguments.time_limit);
   }
   options.stop = interrupt.token();
   return options;

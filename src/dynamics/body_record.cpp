@@ -11,7 +11,6 @@
 #include "dyop/geometry/half_space.h"
 #include "dyop/motion/composed_motion.h"
 #include "dyop/motion/steady_motions.h"
-#include "geometry/shape_size.h"
 
 namespace dyop::dynamics_internal {
 namespace {
@@ -84,7 +83,7 @@ BodyRecord make_body_record(BodyId id, const BodyDefinition& definition, Scalar 
   if (!body.is_dynamic()) properties = MassProperties{};
   body.radius_B = definition.shape->bounding_radius();
   body.box_B = definition.shape->bounding_box();
-  body.size = geometry_internal::shape_size(*definition.shape);
+  body.size = definition.shape->size();
   body.radius = radius_about(*definition.shape, properties.p_BoBcm);
   MotionState start = definition.initial;
   if (definition.kind == BodyKind::Static) start.twist = {};
@@ -120,8 +119,8 @@ Matrix3 BodyRecord::linear_mobility() const {
 }
 
 Matrix3 BodyRecord::angular_mobility(const Matrix3& R_WB) const {
+  if (!definition.locked.any_rotation()) return R_WB * inverse_inertia_B * R_WB.transpose();
   const auto& locked = definition.locked.rotation;
-  if (!(locked[0] || locked[1] || locked[2])) return R_WB * inverse_inertia_B * R_WB.transpose();
   // On the free axes: the inverse of that part of the inertia. On the others: zero.
   Matrix3 inertia = R_WB * inertia_B * R_WB.transpose();
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -138,8 +137,7 @@ Matrix3 BodyRecord::angular_mobility(const Matrix3& R_WB) const {
 }
 
 Vector3 BodyRecord::angular_velocity(const Matrix3& R_WB, const Vector3& L_W) const {
-  const auto& locked = definition.locked.rotation;
-  if (locked[0] || locked[1] || locked[2]) return angular_mobility(R_WB) * L_W;
+  if (definition.locked.any_rotation()) return angular_mobility(R_WB) * L_W;
   const Vector3 L_B = R_WB.transpose() * L_W;
   return R_WB * (inverse_inertia_B * L_B);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "dyop/geometry/shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <ostream>
 #include <utility>
@@ -31,6 +32,10 @@ std::string_view name_of(FeatureKind kind) {
 
 std::ostream& operator<<(std::ostream& out, FeatureKind kind) {
   return out << name_of(kind);
+}
+
+Scalar Shape::size() const {
+  return std::min(bounding_radius(), bounding_box().diagonal().norm() / 2);
 }
 
 MassProperties with_mass(const MassProperties& properties, Scalar mass) {

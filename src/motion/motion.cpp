@@ -30,6 +30,15 @@ void require_defined(const Motion& motion, const TimeInterval& interval, const c
                interval.begin, ", ", interval.end, "]");
 }
 
+void require_valid(const TwistBound& bound, const TimeInterval& interval, const char* what) {
+  DYOP_REQUIRE(bound.linear_speed >= 0 && bound.angular_speed >= 0 &&
+                   bound.linear_acceleration >= 0 && bound.angular_acceleration >= 0,
+               what, " on [", interval.begin, ", ", interval.end,
+               "] must not be negative or NaN: linear speed ", bound.linear_speed,
+               ", angular speed ", bound.angular_speed, ", linear acceleration ",
+               bound.linear_acceleration, ", angular acceleration ", bound.angular_acceleration);
+}
+
 UserMotion::UserMotion(Functions functions, const TimeInterval& domain)
     : functions_(std::move(functions)), domain_(domain) {
   DYOP_REQUIRE(functions_.pose, "user motion needs a pose function");
@@ -49,12 +58,7 @@ Twist UserMotion::twist(Scalar t) const {
 
 TwistBound UserMotion::twist_bound(const TimeInterval& interval) const {
   const TwistBound bound = functions_.twist_bound(interval);
-  DYOP_REQUIRE(bound.linear_speed >= 0 && bound.angular_speed >= 0 &&
-                   bound.linear_acceleration >= 0 && bound.angular_acceleration >= 0,
-               "twist_bound of a user motion on [", interval.begin, ", ", interval.end,
-               "] must not be negative or NaN: linear speed ", bound.linear_speed,
-               ", angular speed ", bound.angular_speed, ", linear acceleration ",
-               bound.linear_acceleration, ", angular acceleration ", bound.angular_acceleration);
+  require_valid(bound, interval, "twist_bound of a user motion");
   return bound;
 }
 

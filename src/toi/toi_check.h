@@ -10,9 +10,6 @@ namespace dyop::toi_internal {
 /// Throws InvalidArgument unless both are in range.
 void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance);
 
-/// What the default tolerance of a query with this shape goes by.
-Scalar size_of(const Shape& shape);
-
 /// default_distance_tolerance() of shapes of these sizes.
 Scalar tolerance_for_sizes(Scalar a, Scalar b);
 

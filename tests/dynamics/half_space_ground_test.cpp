@@ -13,6 +13,7 @@
 #include "dyop/motion/steady_motions.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/world_scenes.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -45,12 +46,6 @@ WorldOptions with_gravity(const Vector3& gravity_W) {
   WorldOptions options;
   options.gravity_W = gravity_W;
   return options;
-}
-
-void run_for(World& world, Scalar time) {
-  for (int k = 0; k < static_cast<int>(std::lround(time / 0.01)); ++k) {
-    ASSERT_EQ(world.advance(0.01).status, AdvanceStatus::Completed);
-  }
 }
 
 TEST(HalfSpaceGround, BearsBodiesOfEveryKindAnywhereOnIt) {

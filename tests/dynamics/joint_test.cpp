@@ -12,6 +12,7 @@
 #include "dyop/motion/steady_motions.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -27,15 +28,6 @@ BodyDefinition anchor_body() {
   body.kind = BodyKind::Static;
   body.shape = std::make_shared<Sphere>(0.05);
   return body;
-}
-
-void run_joints(World& world, Scalar time) {
-  const int steps = static_cast<int>(std::lround(time / kJointStep));
-  for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(kJointStep);
-    ASSERT_EQ(report.status, AdvanceStatus::Completed);
-    ASSERT_EQ(report.work.stalls, 0);
-  }
 }
 
 // A ball that hangs one below the origin, deflected by an angle.
@@ -79,7 +71,7 @@ TEST(Joint, SwingsAPendulumWithItsPeriodAndEnergy) {
     Scalar last = pendulum.world.state(pendulum.bob).X_WB.translation().x();
     std::vector<Scalar> crossings;
     for (int k = 0; k < 500; ++k) {
-      run_joints(pendulum.world, kJointStep);
+      run_for(pendulum.world, kJointStep);
       const Scalar x = pendulum.world.state(pendulum.bob).X_WB.translation().x();
       if (last * x < 0) crossings.push_back(pendulum.world.time() - kJointStep * x / (x - last));
       last = x;
@@ -116,12 +108,12 @@ TEST(Joint, TurnsAHingeAtTheSpeedOfItsMotor) {
   constexpr Scalar kSolved = 2e-5;  // literal: the tolerance of the solver in this world
   // Until it has its speed the torque is the motor's strength.
   const Scalar inertia = world.body(wheel).mass_properties.I_BBcm(2, 2);
-  run_joints(world, 0.05);
+  run_for(world, 0.05);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), 0.05 * 50 / inertia, 0.02 * 0.05 * 50 / inertia);
-  run_joints(world, 1);
+  run_for(world, 1);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), 2, kSolved);
   world.set_motor(joint, JointMotor{-1, 50});
-  run_joints(world, 1);
+  run_for(world, 1);
   EXPECT_NEAR(world.state(wheel).twist.w_WB.z(), -1, kSolved);
 }
 
@@ -136,7 +128,7 @@ TEST(Joint, StopsASliderAtItsLimit) {
   definition.b = block;
   definition.limits = JointLimits{-0.5, 0.5};
   world.add_joint(definition);
-  run_joints(world, 1);
+  run_for(world, 1);
   const MotionState state = world.state(block);
   EXPECT_NEAR(state.X_WB.translation().z(), -0.5, 1e-4);
   EXPECT_LT(state.X_WB.translation().head<2>().norm(), 1e-6);
@@ -155,10 +147,10 @@ TEST(Joint, HoldsFixedBodiesTogetherAndLetsThemGo) {
   definition.b = arm;
   definition.X_BJ = RigidPose(Vector3(-0.6, 0, 0));
   const JointId joint = world.add_joint(definition);
-  run_joints(world, 1);
+  run_for(world, 1);
   EXPECT_LT((world.state(arm).X_WB.translation() - Vector3(0.6, 0, 0)).norm(), 1e-4);
   world.remove_joint(joint);
-  run_joints(world, 0.5);
+  run_for(world, 0.5);
   EXPECT_NEAR(world.state(arm).twist.v_WB.z(), -kGravity * 0.5, 1e-2);
   EXPECT_NE(message_of([&] { world.joint(joint); }).find("no joint"), std::string::npos);
 }
@@ -176,7 +168,7 @@ TEST(Joint, KeepsADistance) {
   world.add_joint(definition);
   const Vector3 spin = world.angular_momentum();
   const Scalar energy = world.kinetic_energy();
-  run_joints(world, 3);
+  run_for(world, 3);
   const Vector3 between = world.state(b).X_WB.translation() - world.state(a).X_WB.translation();
   EXPECT_NEAR(between.norm(), 1, 1e-5);
   EXPECT_LT(world.momentum().norm(), 1e-9);
@@ -199,7 +191,7 @@ TEST(Joint, KeepsADistanceToABodyThatCirclesFast) {
     world.add_joint(definition);
     const Scalar energy = world.kinetic_energy();
     for (int k = 0; k < 100; ++k) {
-      run_joints(world, kJointStep);
+      run_for(world, kJointStep);
       EXPECT_NEAR(world.state(ball).X_WB.translation().norm(), 1, 3e-4) << "way " << way;
       EXPECT_NEAR(world.kinetic_energy(), energy, 1e-4 * energy) << "way " << way;
     }
@@ -557,7 +549,7 @@ TEST(Joint, WhatHangsOnACrawlingBodyStaysAwake) {
     joint.a = world.add_body(anchor);
     joint.b = world.add_body(dynamic_body("load", cube, {0, 0, 0}));
     world.add_joint(joint);
-    run_joints(world, 2);
+    run_for(world, 2);
     EXPECT_EQ(world.is_asleep(joint.b), !crawls);
   }
 }

@@ -16,6 +16,7 @@
 #include "dyop/io/planning_scene_file.h"
 #include "dyop/io/query_record.h"
 #include "dyop/io/robot_file.h"
+#include "io/collada_text.h"
 #include "support/inputs/mesh_generators.h"
 #include "support/inputs/mesh_writers.h"
 #include "support/temporary_directory.h"
@@ -50,20 +51,6 @@ testing::Polygons ball() {
 }
 
 #ifdef DYOP_HAS_ASSIMP
-// A tetrahedron.
-constexpr const char* kDae = R"(<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
-<library_geometries><geometry id="g"><mesh>
-<source id="p"><float_array id="a" count="12">0 0 0 100 0 0 0 200 0 0 0 300</float_array>
-<technique_common><accessor source="#a" count="4" stride="3"><param name="X" type="float"/>
-<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
-<p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
-</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
-
 // A triangle, as one block of JSON and one of numbers.
 std::string glb() {
   std::string json =
@@ -109,7 +96,7 @@ TEST_F(DamagedFiles, OfCompressedMeshesAreRefused) {
 #ifdef DYOP_HAS_ASSIMP
 TEST_F(DamagedFiles, OfMeshesThatAssimpReadsAreRefusedOrRead) {
   expect_harmless_mesh("m.glb", glb());
-  expect_harmless_mesh("m.dae", kDae);
+  expect_harmless_mesh("m.dae", testing::kColladaTetrahedron);
 }
 
 // assimp goes on for ever, reads beyond its arrays, or takes gigabytes.
@@ -120,7 +107,7 @@ TEST_F(DamagedFiles, ThatAssimpCannotBearAreRefused) {
            {"count=\"12\"", "count=\"9\""},
            {"stride=\"3\"", "stride=\"4\""},
            {"offset=\"0\"", "offset=\"4294967295\""}}) {
-    std::string collada = kDae;
+    std::string collada = testing::kColladaTetrahedron;
     collada.replace(collada.find(good), std::string_view(good).size(), bad);
     EXPECT_THROW(load_mesh(directory_.write("m.dae", collada)), FileError) << bad;
   }

@@ -12,6 +12,7 @@
 #include "dyop/geometry/primitives.h"
 #include "dyop/geometry/triangle_mesh.h"
 #include "dyop/io/file_error.h"
+#include "io/collada_text.h"
 #include "support/temporary_directory.h"
 
 namespace dyop {
@@ -20,20 +21,6 @@ namespace {
 // A closed tetrahedron with corners at the origin and on the axes, in each format.
 constexpr const char* kObj =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
-
-// The same corners at 100, 200 and 300 on the axes, z up, in centimetres.
-constexpr const char* kDae = R"(<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit name="centimeter" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
-<library_geometries><geometry id="g"><mesh>
-<source id="p"><float_array id="a" count="12">0 0 0 100 0 0 0 200 0 0 0 300</float_array>
-<technique_common><accessor source="#a" count="4" stride="3"><param name="X" type="float"/>
-<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="4"><input semantic="VERTEX" source="#v" offset="0"/>
-<p>0 2 1 0 1 3 1 2 3 0 3 2</p></triangles></mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node>
-</visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
 
 std::string link(const std::string& name, const std::string& geometry) {
   return "<link name=\"" + name + "\"><collision><geometry>" + geometry +
@@ -213,7 +200,7 @@ TEST_F(RobotFile, AMirroredMeshStillFacesOutward) {
 }
 
 TEST_F(RobotFile, ColladaKeepsItsAxesAndConvertsItsUnit) {
-  directory_.write("m.dae", kDae);
+  directory_.write("m.dae", testing::kColladaTetrahedron);
   Robot robot;
   try {
     robot = load(link("a", R"(<mesh filename="m.dae"/>)"));

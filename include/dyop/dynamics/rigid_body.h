@@ -69,10 +69,8 @@ struct LockedAxes {
   std::array<bool, 3> translation{false, false, false};
   std::array<bool, 3> rotation{false, false, false};
 
-  bool any() const {
-    return translation[0] || translation[1] || translation[2] || rotation[0] || rotation[1] ||
-           rotation[2];
-  }
+  bool any_rotation() const { return rotation[0] || rotation[1] || rotation[2]; }
+  bool any() const { return translation[0] || translation[1] || translation[2] || any_rotation(); }
 };
 
 /// Which pairs of bodies are examined. Two bodies of one group collide always (group > 0) or never

@@ -70,6 +70,10 @@ class Shape {
   /// Largest distance of any point of the shape from the frame's origin, rounded up.
   virtual Scalar bounding_radius() const = 0;
 
+  /// The length that defaults go by: bounding_radius(), but at most half the diagonal of
+  /// bounding_box(), so that a shape far from its frame's origin is no larger for it.
+  Scalar size() const;
+
   /// Mass properties of the solid body of this density (mass per volume).
   /// @throws InvalidArgument if density is not finite and positive, or the shape encloses no
   /// volume.

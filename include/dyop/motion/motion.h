@@ -111,6 +111,9 @@ class Motion {
 /// Throws InvalidArgument unless `motion` is defined on all of `interval`.
 void require_defined(const Motion& motion, const TimeInterval& interval, const char* what);
 
+/// @throws InvalidArgument if a bound for `interval` is negative or NaN; the message names `what`.
+void require_valid(const TwistBound& bound, const TimeInterval& interval, const char* what);
+
 /// A motion made of the caller's functions. Proofs are only as good as `twist_bound`: each function
 /// must meet the contract of the member of Motion with its name, also when called from several
 /// threads at once, and poses must round as the default Motion::pose_scale() states. check_motion()

@@ -72,8 +72,7 @@ struct ToiOptions {
 };
 
 /// The default tolerance of a query: a millionth of the smaller shape's size, or of the larger
-/// one's if the smaller has none. The size is the bounding radius, but at most twice the diagonal
-/// of the bounding box: a mesh far from its frame's origin is no larger for it.
+/// one's if the smaller has none. See Shape::size().
 /// @throws InvalidArgument if both are points, which have no size.
 Scalar default_distance_tolerance(const Shape& a, const Shape& b);
 

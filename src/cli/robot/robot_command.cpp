@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/page/page_output.h"
+#include "core/deadline.h"
 #include "dyop/chain/certify_chain.h"
 #include "dyop/chain/link_motion.h"
 #include "dyop/core/error.h"
@@ -298,11 +299,7 @@ ExitCode run_pairs(const PairsArguments& arguments) {
   LinkPairOptions options = arguments.options;
   options.stop = interrupt.token();
   if (arguments.time_limit) {
-    using Clock = std::chrono::steady_clock;
-    // A year is as good as no limit, and can be added to the clock.
-    constexpr Scalar kLongest = 365 * 24 * 3600;
-    const std::chrono::duration<Scalar> limit(std::min(*arguments.time_limit, kLongest));
-    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+    options.deadline = core_internal::deadline_after(*arguments.time_limit);
   }
   std::vector<LinkPairReport> pairs;
   {
@@ -706,11 +703,7 @@ ToiOptions make_options(const CheckArguments& arguments, const InterruptGuard& i
   options.distance_tolerance = arguments.tolerance;
   options.stop = interrupt.token();
   if (arguments.time_limit) {
-    using Clock = std::chrono::steady_clock;
-    // A year is as good as no limit, and can be added to the clock.
-    constexpr Scalar kLongest = 365 * 24 * 3600;
-    const std::chrono::duration<Scalar> limit(std::min(*arguments.time_limit, kLongest));
-    options.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(limit);
+    options.deadline = core_internal::deadline_after(*arguments.time_limit);
   }
   return options;
 }

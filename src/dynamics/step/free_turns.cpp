@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "dynamics/free_flight.h"
+#include "dynamics/step/link_rows.h"
 #include "dyop/core/rigid_pose.h"
 
 namespace dyop::dynamics_internal {
@@ -19,10 +21,34 @@ constexpr Scalar kSmallTurn = 0.03;
 constexpr Scalar kTurnChange = 0.01;
 // Of the energy of a member, in one move.
 constexpr Scalar kMostEnergyChange = 1e-3;
+// Of the energy of an island, in one move.
+constexpr Scalar kMostJointGain = 3e-3;
+// Moves of this part of a step are not shortened for joints.
+constexpr Scalar kLeastJointedMove = 1.0 / 64;
 
-bool is_locked(const BodyRecord& body) {
-  const auto& locked = body.definition.locked.rotation;
-  return locked[0] || locked[1] || locked[2];
+Scalar kinetic_energy(const BodyRecord& body, const Vector3& v_W, const Matrix3& R_WB,
+                      const Vector3& L_W) {
+  return (v_W.squaredNorm() / body.inverse_mass + L_W.dot(body.angular_velocity(R_WB, L_W))) / 2;
+}
+
+// Whether nothing but joints that do no work acts on the members.
+bool is_held_by_joints_alone(const SubstepProblem& substep) {
+  if (substep.rows().empty() || !substep.run().springs().empty()) return false;
+  const ContactProblem& problem = substep.problem();
+  const std::size_t count = substep.run().members().size();
+  return std::all_of(problem.contacts.begin(), problem.contacts.end(),
+                     [](const PointContact& row) { return row.impulse_W.isZero(0); }) &&
+         std::all_of(
+             substep.rows().begin(), substep.rows().end(),
+             [](const SubstepRow& row) {
+               const JointEquation& equation = row.equation;
+               return equation.kind != JointEquation::Kind::Drive &&
+                      (equation.kind != JointEquation::Kind::Motor || equation.row.target == 0);
+             }) &&
+         std::all_of(problem.bodies.begin() + std::ptrdiff_t(count), problem.bodies.end(),
+                     [](const ContactBody& support) {
+                       return support.v_W.isZero(0) && support.w_W.isZero(0);
+                     });
 }
 
 // The rotation vector after tau of a body that turns by little. In its own axes L' = L x w, and the
@@ -70,7 +96,7 @@ FreeTurns::FreeTurns(const IslandRun& run, Scalar tau)
 
 Vector3 FreeTurns::correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const {
   const BodyRecord& body = *run_.members()[member].body;
-  if (is_locked(body) || L_W.isZero(0)) return Vector3::Zero();
+  if (body.definition.locked.any_rotation() || L_W.isZero(0)) return Vector3::Zero();
   const Matrix3& R = run_.members()[member].state.X_WM.rotation();
   return mean_free_velocity(body.inverse_inertia_B, R, L_W, tau_, w_W) -
          body.angular_velocity(R, L_W);
@@ -91,10 +117,11 @@ void FreeTurns::set_middle_velocity(std::size_t member, const Vector3& L_W,
 }
 
 void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProblem& problem) {
+  free_L_W_ = L_W;
   for (std::size_t i = 0; i < L_W.size(); ++i) {
     const IslandRun::Member& member = run_.members()[i];
     ContactBody& body = problem.bodies[i];
-    if (is_locked(*member.body)) {
+    if (member.body->definition.locked.any_rotation()) {
       set_middle_velocity(i, L_W[i], body);
       continue;
     }
@@ -107,11 +134,12 @@ void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProb
   is_first_ = false;
 }
 
-bool FreeTurns::follow(const SubstepProblem& substep, const std::vector<Vector3>& L_W) {
+bool FreeTurns::follow(const SubstepProblem& substep, std::vector<Vector3> L_W) {
+  L_W_ = std::move(L_W);
   bool has_changed = false;
-  for (std::size_t i = 0; i < L_W.size(); ++i) {
+  for (std::size_t i = 0; i < L_W_.size(); ++i) {
     const Vector3 before_W = corrections_W_[i];
-    corrections_W_[i] = correction(i, L_W[i], substep.problem().bodies[i].w_W);
+    corrections_W_[i] = correction(i, L_W_[i], substep.problem().bodies[i].w_W);
     const Scalar change = tau_ * (corrections_W_[i] - before_W).norm();
     has_changed = has_changed ||
                   change * run_.members()[i].body->radius > kTurnChange * substep.rest_offset();
@@ -119,17 +147,36 @@ bool FreeTurns::follow(const SubstepProblem& substep, const std::vector<Vector3>
   return has_changed;
 }
 
-bool FreeTurns::are_guessed(const SubstepProblem& substep, const std::vector<Vector3>& L_W) const {
-  for (std::size_t i = 0; i < L_W.size(); ++i) {
-    if (L_W[i].isZero(0)) continue;
+bool FreeTurns::joints_add_energy(const SubstepProblem& substep) const {
+  const Scalar h = run_.context().h;
+  if (!(tau_ > kLeastJointedMove * h) || !is_held_by_joints_alone(substep)) return false;
+  if (joint_recovery_prevails(substep, tau_)) return false;
+  Scalar before = 0;
+  Scalar after = 0;
+  Scalar recovery = 0;  // may be this fast
+  const Scalar slowly = substep.rest_offset() / h;
+  for (std::size_t i = 0; i < L_W_.size(); ++i) {
     const BodyRecord& body = *run_.members()[i].body;
     const ContactBody& moved = substep.problem().bodies[i];
     const Matrix3& R = run_.members()[i].state.X_WM.rotation();
     const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
-    const Scalar turning = L_W[i].dot(body.angular_velocity(R, L_W[i])) / 2;
-    const Scalar at_end = L_W[i].dot(body.angular_velocity(R_end, L_W[i])) / 2;
-    const Scalar moving = moved.v_W.squaredNorm() / (2 * body.inverse_mass);
-    if (std::abs(at_end - turning) > kMostEnergyChange * (turning + moving)) return true;
+    before += kinetic_energy(body, moved.free_v_W, R, free_L_W_[i]);
+    after += kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
+    recovery += slowly * slowly / (2 * body.inverse_mass);
+  }
+  return after - before > kMostJointGain * after + recovery;
+}
+
+bool FreeTurns::change_energy(const SubstepProblem& substep) const {
+  for (std::size_t i = 0; i < L_W_.size(); ++i) {
+    if (L_W_[i].isZero(0)) continue;
+    const BodyRecord& body = *run_.members()[i].body;
+    const ContactBody& moved = substep.problem().bodies[i];
+    const Matrix3& R = run_.members()[i].state.X_WM.rotation();
+    const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
+    const Scalar at_start = kinetic_energy(body, moved.v_W, R, L_W_[i]);
+    const Scalar at_end = kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
+    if (std::abs(at_end - at_start) > kMostEnergyChange * at_start) return true;
   }
   return false;
 }

@@ -33,10 +33,13 @@ class FreeTurns {
   void set_free_velocities(const std::vector<Vector3>& L_W, ContactProblem& problem);
   /// Takes the members' angular momenta after the impulses of the last solve. Returns whether some
   /// turn so differently that the solve must be repeated.
-  bool follow(const SubstepProblem& substep, const std::vector<Vector3>& L_W);
+  bool follow(const SubstepProblem& substep, std::vector<Vector3> L_W);
   /// Whether the last solve turns a member so that its energy changes without work. Then the move
   /// must be shorter.
-  bool are_guessed(const SubstepProblem& substep, const std::vector<Vector3>& L_W) const;
+  bool change_energy(const SubstepProblem& substep) const;
+  /// Whether the joints of an island on which nothing else acts add energy to it in the last solve.
+  /// Then the move must be shorter too.
+  bool joints_add_energy(const SubstepProblem& substep) const;
 
  private:
   void set_middle_velocity(std::size_t member, const Vector3& L_W, ContactBody& body) const;
@@ -45,6 +48,8 @@ class FreeTurns {
   const IslandRun& run_;
   Scalar tau_;
   bool is_first_ = true;
+  std::vector<Vector3> free_L_W_;       // before the impulses
+  std::vector<Vector3> L_W_;            // after those of the last solve
   std::vector<Vector3> corrections_W_;  // of w = mobility L, by member
 };
 

@@ -632,8 +632,7 @@ void JointTension::stiffen() {
     if (joint.rod) set_across(joint);
   }
   for (std::size_t i = 0; i < stiffness_.size(); ++i) {
-    const LockedAxes& locked = substep_.run().members()[i].body->definition.locked;
-    if (locked.rotation[0] || locked.rotation[1] || locked.rotation[2]) continue;
+    if (substep_.run().members()[i].body->definition.locked.any_rotation()) continue;
     ContactBody& body = substep_.problem().bodies[i];
     const Matrix3 inertia = body.inverse_inertia_W.inverse();
     const Vector3 L_W = inertia * body.free_w_W;

@@ -954,7 +954,7 @@ AttemptResult Substep::attempt() {
       if (!(substep_.is_coarse() ? ends_short_ : *has_changed)) break;
     }
     if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
-    if (turns_.are_guessed(substep_, substep_.angular_momenta(free_L_W_))) {
+    if (turns_.change_energy(substep_) || turns_.joints_add_energy(substep_)) {
       return AttemptResult::Blocked;
     }
     proofs_.find(moves_);

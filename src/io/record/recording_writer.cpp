@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "dyop/io/recording.h"
-#include "geometry/shape_size.h"
 #include "io/json_reader.h"
 #include "io/record/motion_rows.h"
 #include "io/record/recording_rows.h"
@@ -124,7 +123,7 @@ Json body_json(const BodyId& id, const BodyDefinition& definition, std::size_t s
             {"p_BoBcm", list_of(is_dynamic ? mass.p_BoBcm : Vector3(Vector3::Zero()))},
             {"from", from},
             {"bounding_radius", definition.shape->bounding_radius()},
-            {"size", geometry_internal::shape_size(*definition.shape)},
+            {"size", definition.shape->size()},
             {"restitution", definition.restitution},
             {"friction", definition.friction},
             {"rolling_friction", definition.rolling_friction},

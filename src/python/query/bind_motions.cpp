@@ -69,16 +69,6 @@ using SharedMotion = std::shared_ptr<Motion>;
 
 // Of what a class of Python answers, only what proofs may rest on goes on; NaN does not.
 
-TwistBound checked(const TwistBound& bound, const TimeInterval& interval) {
-  DYOP_REQUIRE(bound.linear_speed >= 0 && bound.angular_speed >= 0 &&
-                   bound.linear_acceleration >= 0 && bound.angular_acceleration >= 0,
-               "twist_bound of a motion on [", interval.begin, ", ", interval.end,
-               "] must not be negative or NaN: linear speed ", bound.linear_speed,
-               ", angular speed ", bound.angular_speed, ", linear acceleration ",
-               bound.linear_acceleration, ", angular acceleration ", bound.angular_acceleration);
-  return bound;
-}
-
 MotionStretch checked(const MotionStretch& stretch, Scalar after) {
   DYOP_REQUIRE(stretch.end > after, "a stretch of a motion must end after ", after, ", not at ",
                stretch.end);
@@ -115,7 +105,9 @@ class DerivedMotion final : public Motion, public DerivedInPython {
   }
   TwistBound twist_bound(const TimeInterval& interval) const override {
     const py::gil_scoped_acquire lock;
-    return checked(bound_of(required_method<Motion>(this, "twist_bound")(interval)), interval);
+    const TwistBound bound = bound_of(required_method<Motion>(this, "twist_bound")(interval));
+    require_valid(bound, interval, "twist_bound of a motion");
+    return bound;
   }
   MotionState state(Scalar t) const override {
     const py::gil_scoped_acquire lock;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "support/inputs/world_scenes.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -14,16 +15,6 @@ namespace {
 using namespace testing;
 
 constexpr Scalar kDriveStep = 0.01;
-
-void run_driven(World& world, Scalar time, Scalar h = kDriveStep) {
-  const int steps = static_cast<int>(std::lround(time / h));
-  for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(h);
-    ASSERT_EQ(report.status, AdvanceStatus::Completed);
-    ASSERT_EQ(report.work.stalls, 0);
-    ASSERT_EQ(report.work.unconverged, 0);
-  }
-}
 
 BodyId add_fixed(World& world) {
   BodyDefinition body;
@@ -82,7 +73,7 @@ TEST(DrivenJoint, AHingeTurnsWithWhatItsMotorLeavesOfATorque) {
       // A motor that should stand still but is too weak is a brake.
       Wheel wheel(axis, kTorque,
                   strength > 0 ? std::optional(JointMotor{0, strength}) : std::nullopt, {});
-      run_driven(wheel.world, 1);
+      run_solved(wheel.world, 1);
       const Scalar expected = (kTorque - strength) / wheel.inertia;
       EXPECT_NEAR(wheel.speed(), expected, 1e-4 * kTorque / wheel.inertia) << strength;
       EXPECT_NEAR(wheel.world.state(wheel.id).X_WB.translation().norm(), 0, 1e-6);
@@ -95,7 +86,7 @@ TEST(DrivenJoint, AMotorThatIsStrongEnoughKeepsItsSpeedAgainstATorque) {
     for (const Scalar torque : {-3.0, 3.0}) {
       Wheel wheel(axis, torque, JointMotor{1.5, 3.1}, {});
       // The time until then: I w / (strength + torque).
-      run_driven(wheel.world, 2 + wheel.inertia * 1.5 / 0.1);
+      run_solved(wheel.world, 2 + wheel.inertia * 1.5 / 0.1);
       EXPECT_NEAR(wheel.speed(), 1.5, 1e-4) << torque;
     }
   }
@@ -106,16 +97,16 @@ TEST(DrivenJoint, AHingeStopsAtItsLimitsAndLeavesThem) {
   for (const Vector3& axis : kAxes) {
     Wheel wheel(axis, kTorque, {}, JointLimits{-0.4, 0.6});
     const Scalar rate = kTorque / wheel.inertia;
-    run_driven(wheel.world, std::sqrt(2 * 0.6 / rate) + 0.3);
+    run_solved(wheel.world, std::sqrt(2 * 0.6 / rate) + 0.3);
     EXPECT_NEAR(wheel.angle(), 0.6, 1e-4);
     EXPECT_NEAR(wheel.speed(), 0, 1e-4);
     wheel.set_torque(-kTorque);
     const Scalar time = 0.5 * std::sqrt(2 * 1.0 / rate);
-    run_driven(wheel.world, time);
+    run_solved(wheel.world, time);
     const Scalar run = kDriveStep * std::round(time / kDriveStep);
     EXPECT_NEAR(wheel.speed(), -rate * run, 1e-3 * rate * run);
     EXPECT_NEAR(wheel.angle(), 0.6 - rate * run * run / 2, 1e-3);
-    run_driven(wheel.world, std::sqrt(2 * 1.0 / rate) + 0.3);
+    run_solved(wheel.world, std::sqrt(2 * 1.0 / rate) + 0.3);
     EXPECT_NEAR(wheel.angle(), -0.4, 1e-4);
   }
 }
@@ -125,7 +116,7 @@ TEST(DrivenJoint, AMotorPressesAgainstALimitThatHoldsIt) {
   for (const Vector3& axis : kAxes) {
     Wheel wheel(axis, 0, JointMotor{2, 30}, JointLimits{-0.4, 0.6});
     wheel.world.set_wrench(wheel.id, nullptr);
-    run_driven(wheel.world, 2);
+    run_solved(wheel.world, 2);
     EXPECT_NEAR(wheel.angle(), 0.6, 1e-4);
     EXPECT_NEAR(wheel.speed(), 0, 1e-6);
   }
@@ -165,7 +156,7 @@ TEST(DrivenJoint, ABlockOnASliderSwingsOnItsSpringAsDampedAsItIs) {
   for (const Scalar decay : {0.0, 0.7, kRate, 2 * kRate}) {
     HungBlock block(decay);
     for (int k = 1; k <= 10; ++k) {
-      run_driven(block.world, 0.2, 0.005);
+      run_solved(block.world, 0.2, 0.005);
       const Scalar t = 0.2 * k;
       Scalar left = 0;  // of the deflection from where it rests
       if (decay < kRate) {
@@ -211,7 +202,7 @@ Scalar measured_period(Scalar angle, Scalar h) {
   std::vector<Scalar> crossings;
   Scalar last = std::sin(angle);
   while (crossings.size() < 3 && world.time() < 20) {
-    run_driven(world, h, h);
+    run_solved(world, h, h);
     const Scalar x = world.state(ball).X_WB.translation().x();
     if (last * x < 0) crossings.push_back(world.time() - h * x / (x - last));
     last = x;

@@ -10,6 +10,7 @@
 #include "dyop/geometry/primitives.h"
 #include "support/inputs/curved_meshes.h"
 #include "support/inputs/world_scenes.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -17,15 +18,6 @@ namespace {
 using namespace testing;
 
 constexpr Scalar kTurnStep = 0.01;
-
-void run_turning(World& world, Scalar time) {
-  const int steps = static_cast<int>(std::lround(time / kTurnStep));
-  for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(kTurnStep);
-    ASSERT_EQ(report.status, AdvanceStatus::Completed);
-    ASSERT_EQ(report.work.stalls, 0);
-  }
-}
 
 BodyDefinition lying(const std::shared_ptr<const Shape>& shape, Scalar height, const Matrix3& R,
                      const Twist& twist) {
@@ -51,9 +43,9 @@ void expect_spinning(const std::shared_ptr<const Shape>& shape, Scalar height, c
   const Scalar torque = (kFriction * lever + torsional) * body.mass_properties.mass * kGravity;
   const Scalar slowing = torque / inertia;
   const Scalar half = std::floor(kSpin / slowing / 2 / kTurnStep) * kTurnStep;
-  run_turning(world, half);
+  run_for(world, half);
   EXPECT_NEAR(world.state(id).twist.w_WB.z(), kSpin - slowing * half, 1e-3 * kSpin);
-  run_turning(world, half + 0.1);
+  run_for(world, half + 0.1);
   const MotionState state = world.state(id);
   EXPECT_LT(state.twist.w_WB.norm(), 1e-6);
   const Scalar angle = kSpin * kSpin / (2 * slowing);
@@ -100,10 +92,10 @@ TEST(FrictionTorque, StopsARollingCapsuleByRollingFriction) {
     ASSERT_LT(axial, inertia);  // its axis is z
     const Scalar ratio = axial / (body.mass_properties.mass * kRadius * kRadius);
     const Scalar slowing = kRolling * kGravity / (kRadius * (1 + ratio));
-    run_turning(world, 1);
+    run_for(world, 1);
     const Vector3 v = heading.transpose() * world.state(id).twist.v_WB;
     EXPECT_NEAR(v.x(), kSpeed - slowing, 5e-3 * slowing) << turn;
-    run_turning(world, 2);
+    run_for(world, 2);
     const Vector3 way = heading.transpose() * world.state(id).X_WB.translation();
     EXPECT_NEAR(way.x(), kSpeed * kSpeed / (2 * slowing), 5e-3) << turn;
     EXPECT_NEAR(way.y(), 0, 1e-3) << turn;

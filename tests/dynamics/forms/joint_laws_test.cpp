@@ -9,6 +9,7 @@
 #include "dyop/geometry/primitives.h"
 #include "support/inputs/world_scenes.h"
 #include "support/message_of.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -18,16 +19,6 @@ using testing::message_of;
 
 constexpr Scalar kPi = std::numbers::pi;
 const std::vector<Scalar> kSteps{0.01, 0.0025};
-
-void run_laws(World& world, Scalar time, Scalar h) {
-  const int steps = static_cast<int>(std::lround(time / h));
-  for (int k = 0; k < steps; ++k) {
-    const AdvanceReport report = world.advance(h);
-    ASSERT_EQ(report.status, AdvanceStatus::Completed);
-    ASSERT_EQ(report.work.stalls, 0);
-    ASSERT_EQ(report.work.unconverged, 0);
-  }
-}
 
 BodyId add_ground(World& world) {
   BodyDefinition body;
@@ -83,11 +74,11 @@ TEST(JointLaws, AHingeCountsTheTurnsThatATorqueDrives) {
     Plank plank;
     const Scalar torque = 20 * plank.inertia;
     plank.set_torque(torque);
-    run_laws(plank.world, 2, h);
+    run_solved(plank.world, 2, h);
     EXPECT_NEAR(plank.values().angle, 20 * 2 * 2 / 2.0, 1e-3);  // more than six turns
     EXPECT_NEAR(plank.values().angle_rate, 20 * 2, 1e-3);
     plank.set_torque(-3 * torque);
-    run_laws(plank.world, 2, h);
+    run_solved(plank.world, 2, h);
     EXPECT_NEAR(plank.values().angle, 40 + 40 * 2 - 60 * 2 * 2 / 2.0, 2e-3);
     EXPECT_LT(plank.values().separation, 1e-6);
   }
@@ -99,7 +90,7 @@ TEST(JointLaws, AHingeBearsTheWeightAndTheCentripetalForce) {
   for (const Scalar h : kSteps) {
     Plank plank({}, kArm, earth_options(), Vector3::UnitZ());
     plank.set_rate(kRate);
-    run_laws(plank.world, 1, h);
+    run_solved(plank.world, 1, h);
     // The mean over the step is that of its middle, to second order.
     const Scalar angle = plank.values().angle - kRate * h / 2;
     const Scalar pull = plank.mass * kRate * kRate * kArm;
@@ -142,7 +133,7 @@ TEST(JointLaws, AServoSwingsAndDecaysAsItsGainsSay) {
                                                2 * decay * plank.inertia));
       Scalar largest = 0;
       for (int k = 1; k <= 8; ++k) {
-        run_laws(plank.world, 1, h);
+        run_solved(plank.world, 1, h);
         const Scalar expected = goal + oscillator(k, -goal, kFrequency, decay);
         largest = std::max(largest, std::abs(plank.values().angle - expected));
       }
@@ -177,7 +168,7 @@ TEST(JointLaws, AServoGivesNoMoreThanItsStrength) {
     Plank plank;
     const Scalar strength = 2 * plank.inertia;
     plank.world.set_motor(plank.hinge, servo(100, 1e3, 1, strength));
-    run_laws(plank.world, 1, h);
+    run_solved(plank.world, 1, h);
     EXPECT_NEAR(plank.values().angle_rate, 2, 1e-4);
     EXPECT_NEAR(plank.values().angle, 1, 1e-4);
     EXPECT_NEAR(plank.values().drive, strength, 1e-4 * strength);
@@ -201,7 +192,7 @@ TEST(JointLaws, AServoHoldsAnArmAgainstItsWeightAndSleeps) {
     EXPECT_NEAR(plank.values().force_W.z(), plank.mass * kGravity, 1e-3 * plank.mass * kGravity);
     plank.world.set_motor(plank.hinge, servo(-0.5, stiffness, 40 * plank.inertia));
     EXPECT_FALSE(plank.world.is_asleep(plank.id));
-    run_laws(plank.world, 1, h);
+    run_solved(plank.world, 1, h);
     EXPECT_LT(plank.values().angle, -0.2);
   }
 }
@@ -212,16 +203,16 @@ TEST(JointLaws, FrictionHoldsBrakesAndStops) {
     joint.friction = 3;
     Plank plank(joint);
     plank.set_torque(2.9);
-    run_laws(plank.world, 1, h);
+    run_solved(plank.world, 1, h);
     EXPECT_NEAR(plank.values().angle, 0, 1e-6);
     EXPECT_NEAR(plank.values().drive, plank.world.is_asleep(plank.id) ? -2.9 : -2.9, 1e-3);
     plank.set_torque(4);
-    run_laws(plank.world, 1, h);
+    run_solved(plank.world, 1, h);
     EXPECT_NEAR(plank.values().angle_rate, 1 / plank.inertia, 1e-3 / plank.inertia);
     plank.set_torque(0);
     const Scalar before = plank.values().angle;
     const Scalar rate = plank.values().angle_rate;
-    run_laws(plank.world, plank.inertia * rate / 3 + 1, h);
+    run_solved(plank.world, plank.inertia * rate / 3 + 1, h);
     EXPECT_NEAR(plank.values().angle - before, plank.inertia * rate * rate / 6, 0.01);
     EXPECT_NEAR(plank.values().angle_rate, 0, 1e-5);
     EXPECT_TRUE(plank.world.is_asleep(plank.id));
@@ -235,9 +226,9 @@ TEST(JointLaws, FrictionTakesItsPartOfAMotor) {
     joint.friction = 2;
     joint.motor = JointMotor{1.5, 5};
     Plank plank(joint);
-    run_laws(plank.world, 0.1, h);
+    run_solved(plank.world, 0.1, h);
     EXPECT_NEAR(plank.values().angle_rate, 0.3 / plank.inertia, 1e-3);
-    run_laws(plank.world, plank.inertia, h);
+    run_solved(plank.world, plank.inertia, h);
     EXPECT_NEAR(plank.values().angle_rate, 1.5, 1e-4);
   }
 }
@@ -252,7 +243,7 @@ TEST(JointLaws, DampingSlowsDownExponentially) {
       plank.hinge = plank.world.add_joint(joint);
       plank.set_rate(5);
       for (int k = 0; k < 4; ++k) {
-        run_laws(plank.world, 0.25, h);
+        run_solved(plank.world, 0.25, h);
         const Scalar expected = 5 * std::exp(-rate * 0.25 * (k + 1));
         EXPECT_NEAR(plank.values().angle_rate, expected, 2e-3) << rate;
       }
@@ -287,16 +278,16 @@ TEST(JointLaws, ABallStopsAtItsCone) {
     joint.swing_twist = SwingTwistLimits{0.6, -kPi, kPi};
     joint.damping = 20;
     Rod rod(joint, {3, -2, -kGravity});  // it falls over to where that points
-    run_laws(rod.world, 3, h);
+    run_solved(rod.world, 3, h);
     const Vector3 z = rod.world.state(rod.id).X_WB.rotation().col(2);
     EXPECT_NEAR(std::acos(z.z()), 0.6, 1e-4) << h;
     EXPECT_NEAR(rod.world.joint_values(rod.ball).swing, 0.6, 1e-4);
     EXPECT_NEAR(z.y() / z.x(), -2.0 / 3, 1e-3);
-    run_laws(rod.world, 3, h);
+    run_solved(rod.world, 3, h);
     EXPECT_TRUE(rod.world.is_asleep(rod.id));
     // Pushed back it leaves the limit.
     rod.world.set_gravity({0, 0, kGravity});
-    run_laws(rod.world, 1, h);
+    run_solved(rod.world, 1, h);
     EXPECT_LT(rod.world.joint_values(rod.ball).swing, 0.4);
   }
 }
@@ -312,7 +303,7 @@ TEST(JointLaws, ABallTwistsAsFarAsItMay) {
       rod.world.set_wrench(rod.id, [torque](Scalar, const MotionState& state) {
         return Wrench{Vector3::Zero(), torque * state.X_WB.rotation().col(2) + Vector3(40, 20, 0)};
       });
-      run_laws(rod.world, 10, h);
+      run_solved(rod.world, 10, h);
       const JointValues values = rod.world.joint_values(rod.ball);
       EXPECT_NEAR(values.angle, torque > 0 ? 0.9 : -0.4, 2e-4);
       EXPECT_NEAR(values.swing, 1, 2e-4);
@@ -356,7 +347,7 @@ TEST(JointLaws, AUniversalJointTurnsAShaftUnevenly) {
     EXPECT_NEAR(world.joint_values(universal).angle, kBend, 1e-9);
     Scalar worst = 0;
     for (int k = 0; k < int(4 / h); ++k) {
-      run_laws(world, h, h);
+      run_solved(world, h, h);
       const Scalar angle = world.joint_values(driving).angle;
       // x of the driving fork stays at right angles to y of the driven one.
       const Scalar expected = std::atan2(std::sin(angle) * std::cos(kBend), std::cos(angle));
@@ -386,11 +377,11 @@ TEST(JointLaws, ACylindricalJointTurnsAndSlidesEachOnItsOwn) {
     world.set_wrench(body, [](Scalar, const MotionState&) {
       return Wrench{Vector3::Zero(), Vector3(0.4, 0.2, 3)};
     });
-    run_laws(world, 0.4, h);
+    run_solved(world, 0.4, h);
     EXPECT_NEAR(world.joint_values(id).position, -kGravity * 0.08, 1e-3);
     EXPECT_NEAR(world.joint_values(id).position_rate, -kGravity * 0.4, 1e-3);
     EXPECT_NEAR(world.joint_values(id).angle_rate, 1.5 * (1 - std::exp(-2 * 0.4 / inertia)), 1e-3);
-    run_laws(world, 2, h);
+    run_solved(world, 2, h);
     EXPECT_NEAR(world.joint_values(id).position, -1, 1e-4);
     EXPECT_NEAR(world.joint_values(id).angle_rate, 1.5 * (1 - std::exp(-2 * 2.4 / inertia)), 2e-3);
     EXPECT_LT(world.joint_values(id).separation, 1e-5);
@@ -411,7 +402,7 @@ TEST(JointLaws, ARopeIsSlackThenHolds) {
     rope.limits = JointLimits{0, 1};
     const JointId id = world.add_joint(rope);
     const Scalar taut = std::sqrt(2 * 0.8 / kGravity);  // 0.8 down it is 1 away
-    run_laws(world, 0.9 * taut, h);
+    run_solved(world, 0.9 * taut, h);
     const Scalar t = world.time();
     EXPECT_NEAR(world.joint_values(id).position, std::hypot(0.6, kGravity * t * t / 2), 1e-3);
     EXPECT_NEAR(world.joint_values(id).force_W.norm(), 0, 1e-9);
@@ -420,7 +411,7 @@ TEST(JointLaws, ARopeIsSlackThenHolds) {
     Scalar fastest = 0;
     Scalar longest = 0;
     for (int k = 0; k < int(1 / h); ++k) {
-      run_laws(world, h, h);
+      run_solved(world, h, h);
       if (world.time() > taut + 0.05) {
         fastest = std::max(fastest, world.state(body).twist.v_WB.norm());
       }
@@ -478,7 +469,7 @@ TEST(JointLaws, GearsTurnAtTheirRatioAndDoNotSlip) {
       gears.world.set_wrench(gears.wheels[0], [torque_W](Scalar, const MotionState&) {
         return Wrench{Vector3::Zero(), torque_W};
       });
-      run_laws(gears.world, 2, h);
+      run_solved(gears.world, 2, h);
       const JointValues first = gears.world.joint_values(gears.hinges[0]);
       const JointValues second = gears.world.joint_values(gears.hinges[1]);
       EXPECT_NEAR(first.angle, 20, 1e-3);
@@ -519,7 +510,7 @@ TEST(JointLaws, ARackFallsAsFastAsItsWheelLetsIt) {
     const Scalar m = world.body(rack).mass_properties.mass;
     const Scalar I = world.body(wheel).mass_properties.I_BBcm(2, 2);
     const Scalar a = kGravity * m / (m + I / (kPitch * kPitch));
-    run_laws(world, 1, h);
+    run_solved(world, 1, h);
     EXPECT_NEAR(world.joint_values(mesh.first).position, -a / 2, 1e-4 * a);
     EXPECT_NEAR(world.joint_values(mesh.second).angle, a / 2 / kPitch, 1e-3 * a);
   }
@@ -545,7 +536,7 @@ TEST(JointLaws, ANutTurnsAsItRunsDownAScrew) {
     const Scalar m = world.body(nut).mass_properties.mass;
     const Scalar I = world.body(nut).mass_properties.I_BBcm(2, 2);
     const Scalar a = kGravity / (1 + I / (m * kLead * kLead));
-    run_laws(world, 3, h);
+    run_solved(world, 3, h);
     const JointValues values = world.joint_values(thread.first);
     EXPECT_NEAR(values.position, -a * 9 / 2, 1e-3 * a);
     EXPECT_NEAR(values.angle, a * 9 / 2 / kLead, 1e-3 * a / kLead);
@@ -578,7 +569,7 @@ TEST(JointLaws, APulleyLetsTheHeavierCrateDown) {
       if (is_rope) pulley.limits = JointLimits{0, 6};
       world.add_joint(pulley);
       const Scalar a = kGravity * (m2 - m1) / (m2 + m1);
-      run_laws(world, 1, h);
+      run_solved(world, 1, h);
       EXPECT_NEAR(world.joint_values(heavy).position, 3 + a / 2, 1e-4);
       EXPECT_NEAR(world.joint_values(light).position, 3 - a / 2, 1e-4);
       EXPECT_NEAR(world.joint_values(heavy).position_rate, a, 1e-3);
@@ -620,7 +611,7 @@ TEST(JointLaws, AJointBreaksAtItsLoad) {
               std::string::npos);
     // It flies on along a parabola.
     const MotionState before = breaks.world.state(breaks.id);
-    run_laws(breaks.world, 0.2, h);
+    run_solved(breaks.world, 0.2, h);
     const MotionState after = breaks.world.state(breaks.id);
     EXPECT_NEAR(after.X_WB.translation().z(),
                 before.X_WB.translation().z() + 0.2 * before.twist.v_WB.z() - kGravity * 0.02,
@@ -656,7 +647,7 @@ TEST(JointLaws, ACouplingGoesWithItsJoints) {
   EXPECT_EQ(gears.world.joints().size(), 3U);
   gears.world.remove_joint(gears.hinges[1]);
   EXPECT_EQ(gears.world.joints(), (std::vector<JointId>{gears.hinges[0]}));
-  run_laws(gears.world, 0.1, 0.01);
+  run_solved(gears.world, 0.1, 0.01);
 }
 
 TEST(JointLaws, ASnapshotKeepsTurnsAndCouplings) {
@@ -665,12 +656,12 @@ TEST(JointLaws, ASnapshotKeepsTurnsAndCouplings) {
   gears.world.set_wrench(gears.wheels[0], [torque_W](Scalar, const MotionState&) {
     return Wrench{Vector3::Zero(), torque_W};
   });
-  run_laws(gears.world, 2, 0.01);
+  run_solved(gears.world, 2, 0.01);
   const WorldSnapshot snapshot = gears.world.snapshot();
-  run_laws(gears.world, 1, 0.01);
+  run_solved(gears.world, 1, 0.01);
   const JointValues values = gears.world.joint_values(gears.hinges[1]);
   gears.world.restore(snapshot);
-  run_laws(gears.world, 1, 0.01);
+  run_solved(gears.world, 1, 0.01);
   EXPECT_EQ(gears.world.joint_values(gears.hinges[1]).angle, values.angle);
   EXPECT_LT(values.angle, -2 * kPi);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "support/inputs/world_scenes.h"
+#include "support/run_world.h"
 
 namespace dyop {
 namespace {
@@ -13,14 +14,6 @@ namespace {
 using namespace testing;
 
 constexpr Scalar kRollerTorque = 100;
-
-void run_locked(World& world, Scalar time) {
-  for (int k = 0; k < std::lround(time / 0.01); ++k) {
-    const AdvanceReport report = world.advance(0.01);
-    ASSERT_EQ(report.status, AdvanceStatus::Completed);
-    ASSERT_EQ(report.work.stalls, 0);
-  }
-}
 
 // A bead on a wire: of gravity only the part along the wire counts.
 TEST(LockedAxes, ABeadFallsAlongItsWire) {
@@ -30,7 +23,7 @@ TEST(LockedAxes, ABeadFallsAlongItsWire) {
   BodyDefinition bead = dynamic_body("bead", std::make_shared<Sphere>(0.1), {1, 2, 3});
   bead.locked.translation = {false, true, true};
   const BodyId id = world.add_body(bead);
-  run_locked(world, 1);
+  run_for(world, 1);
   EXPECT_NEAR(world.state(id).X_WB.translation().x(), 1 + 1.5, 1e-9);
   EXPECT_NEAR(world.state(id).twist.v_WB.x(), 3, 1e-9);
   EXPECT_EQ(world.state(id).X_WB.translation().y(), 2);
@@ -49,7 +42,7 @@ TEST(LockedAxes, ATallBlockThatMustNotTipSlidesAsFarAsFrictionLets) {
   block.friction = 1;
   block.restitution = 0;
   const BodyId id = world.add_body(block);
-  run_locked(world, 1);
+  run_for(world, 1);
   const Scalar way = kSpeed * kSpeed / (2 * kGravity);
   EXPECT_NEAR(world.state(id).X_WB.translation().x(), way, 1e-3 * way);
   EXPECT_EQ(world.state(id).X_WB.rotation(), Matrix3::Identity());
@@ -81,7 +74,7 @@ TEST(LockedAxes, ARollerThatCannotMoveDrivesABlock) {
     return Wrench{{0, 0, -weight}, Vector3::Zero()};
   };
   const BodyId block_id = world.add_body(block);
-  run_locked(world, 0.5);
+  run_for(world, 0.5);
   // It sticks: T = (I / r + m r) a.
   const Scalar inertia = roller.mass_properties.I_BBcm(1, 1);
   const Scalar a = kRollerTorque / (inertia / 0.5 + block.mass_properties.mass * 0.5);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "dyop/dynamics/world.h"
+
+namespace dyop::testing {
+
+/// About this time in steps of h, each completed without a stall.
+inline void run_for(World& world, Scalar time, Scalar h = 0.01) {
+  const int steps = static_cast<int>(std::lround(time / h));
+  for (int k = 0; k < steps; ++k) {
+    const AdvanceReport report = world.advance(h);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    ASSERT_EQ(report.work.stalls, 0);
+  }
+}
+
+/// The same, with everything solved to the tolerance.
+inline void run_solved(World& world, Scalar time, Scalar h = 0.01) {
+  const int steps = static_cast<int>(std::lround(time / h));
+  for (int k = 0; k < steps; ++k) {
+    const AdvanceReport report = world.advance(h);
+    ASSERT_EQ(report.status, AdvanceStatus::Completed);
+    ASSERT_EQ(report.work.stalls, 0);
+    ASSERT_EQ(report.work.unconverged, 0);
+  }
+}
+
+}  // namespace dyop::testing
