@@ -43,4 +43,5 @@ PYBIND11_MODULE(_dyop, m) {
   dyop::python::bind_view(m);
   dyop::python::seal_properties(m);
   dyop::python::explain_refused_calls(m);
+  dyop::python::refuse_unmade_objects(m);
 }

@@ -88,3 +88,10 @@ def test_large_meshes_go_out_of_band():
 def test_a_stop_source_does_not_pickle():
     with pytest.raises(TypeError):
         pickle.dumps(dyop.ToiOptions(stop=dyop.StopSource()))
+
+
+@pytest.mark.parametrize("thing", [dyop.World(), dyop.StopSource(), dyop.RigidPose()], ids=type)
+def test_old_protocols_are_refused(thing):
+    for protocol in (0, 1):
+        with pytest.raises(TypeError, match="protocol 2"):
+            pickle.dumps(thing, protocol)

@@ -21,6 +21,9 @@ void bind_errors(pybind11::module_& m);
 /// To be called when everything is bound: makes a call whose arguments do not fit say in one line
 /// which one, and what it must be (dyop/_errors.py). Calls that succeed cost nothing more.
 void explain_refused_calls(pybind11::module_& m);
+/// Likewise: an object that `__new__` made and no `__init__`, and pickling with protocols 0 and 1,
+/// are refused with a TypeError, where pybind11 would crash.
+void refuse_unmade_objects(pybind11::module_& m);
 
 /// Text in which bytes that are not UTF-8 are shown escaped.
 pybind11::str readable(const std::string& text);

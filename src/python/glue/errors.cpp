@@ -177,6 +177,18 @@ void explain_calls_within(py::handle type) {
   }
 }
 
+// In place of the memory that pybind11 would make up for an object without a C++ part, which then
+// would be read as if it held one.
+void* refuse_unmade(std::size_t /*size*/) {
+  throw py::type_error("an object cannot be used whose __init__() was never called");
+}
+
+// copyreg makes an object of the base class for older protocols, where pybind11 ends the process.
+py::object reduce_by_newer_protocols(const py::object& self, int protocol) {
+  if (protocol < 2) throw py::type_error("pickle needs protocol 2 or later for this object");
+  return py::module_::import("builtins").attr("object").attr("__reduce_ex__")(self, protocol);
+}
+
 }  // namespace
 
 py::str readable(const std::string& text) {
@@ -223,6 +235,19 @@ void explain_refused_calls(py::module_& m) {
     } else {
       explain_calls_of(member);
     }
+  }
+}
+
+void refuse_unmade_objects(py::module_& m) {
+  const py::dict members = m.attr("__dict__");
+  for (const auto& [name, member] : members) {
+    if (!PyType_Check(member.ptr())) continue;
+    auto* type = reinterpret_cast<PyTypeObject*>(member.ptr());
+    auto* info = py::detail::get_type_info(type);
+    if (info == nullptr) continue;
+    info->operator_new = &refuse_unmade;
+    member.attr("__reduce_ex__") =
+        py::cpp_function(&reduce_by_newer_protocols, py::is_method(member));
   }
 }
 
