@@ -126,6 +126,31 @@ def test_values_can_be_compared_with_anything():
         assert value != "x" and not value == "x" and value == value
 
 
+def test_records_compare_by_value():
+    first, second = dyop.ToiOptions(target_distance=0.5), dyop.ToiOptions(target_distance=0.5)
+    assert first == second and not first != second
+    second.with_contacts = True
+    assert first != second
+    assert dyop.Twist(v_WB=(1, 2, 3)) == dyop.Twist(v_WB=(1, 2, 3)) != dyop.Twist()
+    assert dyop.Twist() != dyop.Wrench() and dyop.Twist() != ((0, 0, 0), (0, 0, 0))
+    result = dyop.distance(BALL, HERE, BALL, dyop.RigidPose(position=(4, 0, 0)))
+    assert result == dyop.distance(BALL, HERE, BALL, dyop.RigidPose(position=(4, 0, 0)))
+    assert result != dyop.distance(BALL, HERE, BALL, dyop.RigidPose(position=(5, 0, 0)))
+    scene = dyop.Link(name="a"), dyop.Link(name="b")
+    assert scene == (dyop.Link(name="a"), dyop.Link(name="b"))
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(first)
+
+
+@pytest.mark.parametrize("kind", [dyop.ConvexHull, dyop.World, dyop.ToiOptions, dyop.Motion])
+def test_what_was_never_made_is_refused(kind):
+    with pytest.raises(TypeError, match="__init__"):
+        repr(kind.__new__(kind))
+    shape = dyop.ConvexHull.__new__(dyop.ConvexHull)
+    with pytest.raises(TypeError, match="__init__"):
+        dyop.distance(shape, HERE, BALL, HERE)
+
+
 def test_reports_of_links_that_are_none_are_refused():
     robot = dyop.make_robot("r", dyop.KinematicChain([dyop.Link(name="a")], []))
     with pytest.raises(dyop.InvalidArgument, match="link 7"):
@@ -179,6 +204,11 @@ TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         (lambda: dyop.HermiteMotion((0, 1), None, 5), ValueError, "begin: state must be .*None"),
         (lambda: dyop.WorldOptions(gravity_W="x"), ValueError, "gravity_W: vector must be .* str"),
         (lambda: dyop.BodyDefinition(wrench=3), TypeError, "wrench: a function is wanted"),
+        (lambda: dyop.BodyDefinition(kind="static"), TypeError, "kind must be BodyKind, not 'static'"),
+        (lambda: dyop.ToiOptions(max_node_pairs=1e6), TypeError, "max_node_pairs must be int, not"),
+        (lambda: dyop.Box(["1", "2", "3"]), ValueError, "half_extents: .* three numbers, .* list"),
+        (lambda: dyop.ConvexHull([["0", "1", "2"]]), ValueError, "points must be"),
+        (lambda: dyop.TimeInterval(np.nan, 1), ValueError, r"\[nan, 1\] needs two times"),
         (lambda: dyop.TriangleMesh(TRIANGLE, 10**30), ValueError, "triangles must be .* int"),
         (lambda: dyop.TriangleMesh(TRIANGLE, [[0, 1, np.inf]]), ValueError, "triangles must be"),
         (lambda: dyop.Sphere(np.zeros((0, 3))), TypeError, "'radius' must be a number, .*ndarray"),

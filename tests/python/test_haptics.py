@@ -137,8 +137,13 @@ def test_an_unpaced_run_ends_by_itself():
     runner.start()
     while runner.is_running:
         time.sleep(0.001)
-    assert runner.stop().ticks == 30
-    assert [record.number for record in runner.read_ticks()] == list(range(30))
+    report, records = runner.stop(), runner.read_ticks()
+    assert report.ticks == 30
+    assert [record.number for record in records] == list(range(30))
+    assert repr(runner) == "HapticRunner(is_running=False)"
+    assert repr(session).startswith("HapticSession(1 tool, time=")
+    assert repr(report).startswith("RunnerReport(ticks=30, late_starts=0, unlogged=0, latency=Lat")
+    assert repr(records[3]).startswith("TickRecord(number=3, dt=0.001, device=DevicePose(p_WD=")
     with pytest.raises(dyop.InvalidArgument, match="started"):
         runner.start()
         runner.start()

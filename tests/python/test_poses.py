@@ -92,6 +92,15 @@ def test_rotations_of_others_make_poses():
             dyop.RigidPose.from_xyzw(bad)
 
 
+def test_a_pose_times_points_transforms_them():
+    pose = dyop.RigidPose(quaternion=(0.5, 0.5, 0.5, 0.5), position=(1, 2, 3))  # x to y to z to x
+    np.testing.assert_allclose(pose * (1, 0, 0), (1, 3, 3), atol=1e-15)
+    np.testing.assert_allclose(pose * np.eye(3), pose.transform(np.eye(3)), atol=0)
+    assert pose * dyop.RigidPose() == pose
+    with pytest.raises(dyop.InvalidArgument, match="points"):
+        pose * np.eye(4)
+
+
 def test_enums_can_be_looped_over():
     assert [status.name for status in dyop.FeatureKind] == ["Vertex", "Edge", "Face", "Smooth"]
     assert len(dyop.FeatureKind) == 4 and dyop.FeatureKind.Edge in list(dyop.FeatureKind)

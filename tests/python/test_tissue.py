@@ -349,6 +349,9 @@ def test_springs_without_stiffness_are_refused():
         tissue.vertices
     with pytest.raises(dyop.InvalidArgument, match="handed to a SoftTissueModel"):
         haptics.SoftTissueModel(tissue, obstacle)
+    assert repr(tissue) == "SoftTissue(handed to a SoftTissueModel)"
+    assert repr(model) == "SoftTissueModel(steps=0)"
+    assert repr(haptics.TissueFeed(model)).endswith("model=SoftTissueModel(steps=0))")
     with pytest.raises(dyop.InvalidArgument, match="no tool 1 of 1"):
         model.owed_impulse_W(1)
     with pytest.raises(dyop.InvalidArgument, match="the obstacle has 3 vertices"):

@@ -38,7 +38,14 @@ Array converted(py::handle source) {
   }
 }
 
+// As numpy reads numbers, but for text, of which it would read the digits.
 Doubles doubles_of(py::handle source) {
+  if (!py::isinstance<py::array>(source)) {
+    const auto own = converted<py::array>(source);
+    const char kind = own ? own.dtype().kind() : '?';
+    if (kind == 'U' || kind == 'S') return py::reinterpret_steal<Doubles>(py::handle());
+    if (own && py::isinstance<Doubles>(own)) return own;
+  }
   return converted<Doubles>(source);
 }
 

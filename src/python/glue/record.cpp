@@ -32,6 +32,33 @@ std::string short_repr(const py::object& value) {
   return text + (items.size() == 1 ? ",)" : ")");
 }
 
+// "Name(a=1, b=2)" of values that are looked up by name.
+template <typename Names, typename Lookup>
+std::string repr_of_parts(py::handle self, const Names& names, const Lookup& look_up) {
+  std::string text = py::str(py::type::handle_of(self).attr("__name__"));
+  std::string between = "(";
+  for (const auto& name : names) {
+    text += between + look_up(name);
+    between = ", ";
+  }
+  return cut(text + ')', kShownRecord);
+}
+
+// Whether two values of a field are equal: arrays as a whole, tuples by their items.
+bool are_equal(const py::object& a, const py::object& b) {
+  if (py::isinstance<py::array>(a) && py::isinstance<py::array>(b)) {
+    return py::module_::import("numpy").attr("array_equal")(a, b).cast<bool>();
+  }
+  if (!py::isinstance<py::tuple>(a) || !py::isinstance<py::tuple>(b)) return a.equal(b);
+  const py::tuple first = a;
+  const py::tuple second = b;
+  return first.size() == second.size() &&
+         std::equal(first.begin(), first.end(), second.begin(), [](py::handle x, py::handle y) {
+           return are_equal(py::reinterpret_borrow<py::object>(x),
+                            py::reinterpret_borrow<py::object>(y));
+         });
+}
+
 std::string names_of(const FieldList& fields) {
   std::string names;
   for (const Field& field : fields) names += (names.empty() ? "" : ", ") + field.name;
@@ -55,7 +82,8 @@ void set_field(const Field& field, void* record, py::handle value) {
   try {
     field.set(record, value);
   } catch (const py::cast_error&) {
-    throw py::type_error(field.name + " cannot be " + std::string(py::repr(value)));
+    throw py::type_error(field.name + " must be " + field.type + ", not " +
+                         cut(py::repr(value), kShownLetters));
   } catch (const py::type_error& error) {
     const std::string message = error.what();
     if (message.starts_with(field.name)) throw;
@@ -148,14 +176,22 @@ void finish_record(const py::object& type, const FieldList& fields,
     return values;
   });
   method("__repr__", "", [fields, pointer_of](py::handle self) {
-    std::string text = py::str(py::type::handle_of(self).attr("__name__"));
-    text += '(';
-    for (const Field& field : fields) {
-      if (&field != fields.data()) text += ", ";
-      text += field.name + '=' + short_repr(field.get(pointer_of(self), {}));
-    }
-    return cut(text + ')', kShownRecord);
+    return repr_of_parts(self, fields, [&](const Field& field) {
+      return field.name + '=' + short_repr(field.get(pointer_of(self), {}));
+    });
   });
+  method("__eq__", "Whether all fields are equal.",
+         [fields, pointer_of](py::handle self, py::handle other) -> py::object {
+           if (!py::type::handle_of(other).is(py::type::handle_of(self))) {
+             return py::reinterpret_borrow<py::object>(Py_NotImplemented);
+           }
+           void* const a = pointer_of(self);
+           void* const b = pointer_of(other);
+           return py::bool_(std::all_of(fields.begin(), fields.end(), [&](const Field& field) {
+             return are_equal(field.get(a, {}), field.get(b, {}));
+           }));
+         });
+  type.attr("__hash__") = py::none();  // what can change cannot be a key
   method("__reduce__", "", [fields, pointer_of](py::handle self) {
     py::tuple values(fields.size());
     for (std::size_t i = 0; i < fields.size(); ++i) values[i] = fields[i].get(pointer_of(self), {});
@@ -181,6 +217,16 @@ void add_property(const py::object& type, const Field& field, const char* doc, b
   }
   const auto property = py::module_::import("builtins").attr("property");
   type.attr(field.name.c_str()) = property(get, set, py::none(), doc);
+}
+
+void show_properties(const py::object& type, const std::vector<std::string>& names) {
+  type.attr("__repr__") = py::cpp_function(
+      [names](py::handle self) {
+        return repr_of_parts(self, names, [&](const std::string& name) {
+          return name + '=' + short_repr(self.attr(name.c_str()));
+        });
+      },
+      py::is_method(type), py::name("__repr__"));
 }
 
 void set_fields(void* record, const FieldList& fields, const py::kwargs& values) {

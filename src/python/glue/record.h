@@ -74,16 +74,20 @@ struct Field {
   /// changed; without, a sealed copy.
   py::object (*get)(const void* record, py::handle owner);
   void (*set)(void* record, py::handle value);
+  std::string type = {};  // as the property's text begins
 };
 using FieldList = std::vector<Field>;
 
-/// Adds what all records have beside their fields: `_fields`, `asdict()`, repr and pickling.
+/// Adds what all records have beside their fields: `_fields`, `asdict()`, repr, comparison by value
+/// and pickling.
 /// @param pointer_of The struct within an instance.
 void finish_record(const py::object& type, const FieldList& fields,
                    void* (*pointer_of)(py::handle));
 /// Adds a field as a property; `doc` begins with its type, "float: ...".
 void add_property(const py::object& type, const Field& field, const char* doc, bool is_writable,
                   void* (*pointer_of)(py::handle));
+/// A repr of these properties for a class that is no record: "Name(a=1, b=2)".
+void show_properties(const py::object& type, const std::vector<std::string>& names);
 /// Sets the fields that keyword arguments name.
 /// @throws TypeError naming a keyword that is none.
 void set_fields(void* record, const FieldList& fields, const py::kwargs& values);
@@ -169,8 +173,9 @@ class Record {
   }
   /// A member whose Python type is another one.
   Record& custom(const Field& field, const char* doc, bool is_writable = true) {
-    fields.push_back(field);
-    add_property(type, field, doc, is_writable, &pointer_of);
+    const std::string text = doc;
+    fields.push_back({field.name, field.get, field.set, text.substr(0, text.find(':'))});
+    add_property(type, fields.back(), doc, is_writable, &pointer_of);
     return *this;
   }
   void finish() {

@@ -367,7 +367,10 @@ void bind_status(py::module_& m) {
 }
 
 void bind_poses_of_ticks(py::module_& m) {
-  py::class_<DevicePose>(m, "DevicePose", "Input from a device: raw numbers, unchecked.")
+  py::class_<DevicePose> device_class(m, "DevicePose",
+                                      "Input from a device: raw numbers, unchecked.");
+  show_properties(device_class, {"p_WD", "q_WD", "angles", "buttons"});
+  device_class
       .def(py::init([](const py::object& pose, const std::vector<Scalar>& angles,
                        std::uint32_t buttons) {
              DevicePose device = device_of(pose, angles);
@@ -640,6 +643,7 @@ void bind_recording(py::module_& m, SessionClass& session) {
 void bind_session(py::module_& m) {
   SessionClass session(m, "HapticSession",
                        "A tool driven by a device among tissue and forbidden regions.");
+  session.def("__repr__", [](const PythonSession& self) { return self.describe(); });
   bind_updates(session);
   bind_springs(session);
 #ifdef DYOP_HAS_RECORDING
@@ -662,8 +666,9 @@ void bind_session(py::module_& m) {
 }
 
 void bind_report(py::module_& m) {
-  py::class_<LatencyHistogram>(m, "LatencyHistogram", "Durations in bins 9 % wide.")
-      .def_property_readonly("count", &LatencyHistogram::count, "int: of durations")
+  py::class_<LatencyHistogram> histogram(m, "LatencyHistogram", "Durations in bins 9 % wide.");
+  show_properties(histogram, {"count", "worst"});
+  histogram.def_property_readonly("count", &LatencyHistogram::count, "int: of durations")
       .def_property_readonly(
           "worst", [](const LatencyHistogram& h) { return seconds(h.worst()); }, "float: seconds")
       .def(
@@ -671,22 +676,26 @@ void bind_report(py::module_& m) {
           [](const LatencyHistogram& h, double part) { return seconds(h.quantile(part)); },
           py::arg("part"), "Seconds that at least this part of all did not exceed.");
   using R = RunnerReport;
-  py::class_<R>(m, "RunnerReport", "What HapticRunner.stop() returns.")
-      .def_readonly("ticks", &R::ticks, "int: that were run")
+  py::class_<R> report(m, "RunnerReport", "What HapticRunner.stop() returns.");
+  show_properties(report, {"ticks", "late_starts", "unlogged", "latency", "has_real_time_priority",
+                           "has_locked_memory", "rights"});
+  report.def_readonly("ticks", &R::ticks, "int: that were run")
       .def_readonly("late_starts", &R::late_starts, "int: later than a period")
       .def_readonly("unlogged", &R::unlogged, "int: lost before they could be kept")
       .def_readonly("latency", &R::latency, "LatencyHistogram: of the ticks")
       .def_readonly("has_real_time_priority", &R::has_real_time_priority, "bool: granted")
       .def_readonly("has_locked_memory", &R::has_locked_memory, "bool: granted")
       .def_readonly("rights", &R::rights, "str: what the system said");
-  py::class_<TickRecord>(m, "TickRecord", "One tick with its inputs.")
-      .def_readonly("number", &TickRecord::number, "int: of the tick")
+  py::class_<TickRecord> record(m, "TickRecord", "One tick with its inputs.");
+  show_properties(record, {"number", "dt", "device", "tick", "others"});
+  record.def_readonly("number", &TickRecord::number, "int: of the tick")
       .def_readonly("device", &TickRecord::device, "DevicePose: its input")
       .def_readonly("dt", &TickRecord::dt, "float: seconds")
       .def_readonly("tick", &TickRecord::tick, "HapticTick: its result")
       .def_readonly("others", &TickRecord::others, "tuple[ToolRecord, ...]: of further tools");
-  py::class_<ToolRecord>(m, "ToolRecord", "A tool's part of a tick.")
-      .def_readonly("device", &ToolRecord::device, "DevicePose: its input")
+  py::class_<ToolRecord> part(m, "ToolRecord", "A tool's part of a tick.");
+  show_properties(part, {"device", "tick"});
+  part.def_readonly("device", &ToolRecord::device, "DevicePose: its input")
       .def_readonly("tick", &ToolRecord::tick, "HapticTick: its result");
 }
 
@@ -711,10 +720,12 @@ void bind_runner(py::module_& m) {
       .option<&O::wants_real_time>("wants_real_time", "bool: asks for real-time priority")
       .finish();
   bind_report(m);
-  py::class_<PythonRunner, std::shared_ptr<PythonRunner>>(
+  py::class_<PythonRunner, std::shared_ptr<PythonRunner>> runner(
       m, "HapticRunner",
       "Runs a session at a fixed rate in a thread of its own, which never waits for the\n"
-      "interpreter; tissue in another one. Not paced by the clock, one thread does both.")
+      "interpreter; tissue in another one. Not paced by the clock, one thread does both.");
+  show_properties(runner, {"is_running"});
+  runner
       .def(
           py::init([](const std::shared_ptr<PythonSession>& session, const O* options,
                       std::size_t keep, const std::vector<TissueFeed>& tissue) {

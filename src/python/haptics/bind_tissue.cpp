@@ -30,6 +30,12 @@ class PythonTissue {
     require_here();
     return use(*tissue_);
   }
+  std::string describe() {
+    const py::gil_scoped_release unlocked;
+    const std::lock_guard one(mutex_);
+    if (!tissue_) return "SoftTissue(handed to a SoftTissueModel)";
+    return "SoftTissue(" + std::to_string(tissue_->cube_count()) + " cubes)";
+  }
   SoftTissue take() {
     const std::lock_guard one(mutex_);
     require_here();
@@ -449,6 +455,7 @@ void bind_soft_tissue(py::module_& m) {
       "A body of soft tissue: a closed mesh embedded in a lattice of cubes of corotational linear\n"
       "elasticity, with implicit Euler steps of a fixed period. Calls release the interpreter's\n"
       "lock, and those from several threads take turns.");
+  type.def("__repr__", &PythonTissue::describe);
   bind_making_tissue(type);
   bind_moving_tissue(type);
   m.def(
@@ -593,6 +600,7 @@ void bind_soft_model(py::module_& m) {
           "steps",
           [](PythonTissueModel& self) { return self.use([](const auto& s) { return s.steps(); }); },
           "int: made so far");
+  show_properties(model, {"steps"});
   bind_looking_at_model(model);
 }
 
@@ -628,7 +636,10 @@ TissueFeed make_feed(const std::shared_ptr<TissueModel>& model, std::size_t obst
 }
 
 void bind_feeds(py::module_& m) {
-  py::class_<TissueFeed>(m, "TissueFeed", "Shapes of a deforming obstacle, one after the other.")
+  py::class_<TissueFeed> feed_class(m, "TissueFeed",
+                                    "Shapes of a deforming obstacle, one after the other.");
+  show_properties(feed_class, {"obstacle", "period", "model"});
+  feed_class
       .def(
           py::init(&make_feed), py::arg("model") = py::none(), py::arg("obstacle") = 0,
           py::arg("period") = py::none(), py::arg("shape") = py::none(),

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "dyop/core/error.h"
@@ -28,6 +29,13 @@ class PythonSession {
   HapticSession& own() {
     DYOP_REQUIRE(!is_running_, "the session is run by a HapticRunner; stop that first");
     return session_;
+  }
+  /// A repr, which does not disturb a runner.
+  std::string describe() const {
+    if (is_running_) return "HapticSession(running)";
+    return "HapticSession(" + std::to_string(session_.tool_count()) +
+           (session_.tool_count() == 1 ? " tool" : " tools") +
+           ", time=" + std::string(py::repr(py::cast(session_.time()))) + ")";
   }
   /// Devices where the tools start.
   const std::vector<DevicePose>& start() const { return start_; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <stop_token>
 
 #include "dyop/core/error.h"
@@ -77,6 +78,7 @@ void bind_pose(py::module_& m) {
       .def(
           "__mul__", [](const RigidPose& X, const RigidPose& Y) { return X * Y; },
           "X_AB * X_BC = X_AC.")
+      .def("__mul__", &transform, py::arg("points"), "X_AB * p_BP = p_AP, as transform().")
       .def("transform", &transform, py::arg("points"), "Points (3,) or (N, 3) of B in A.")
       .def("__array__", [](const RigidPose& X, const py::args&) { return array_of(X); })
       .def(
@@ -112,9 +114,12 @@ void bind_interval(py::module_& m) {
   py::class_<TimeInterval>(m, "TimeInterval",
                            "A span of time [begin, end], in any unit that velocities use too.")
       .def(py::init([](Scalar begin, Scalar end) {
+             DYOP_REQUIRE(!std::isnan(begin) && !std::isnan(end), "an interval [", begin, ", ", end,
+                          "] needs two times");
              return TimeInterval{begin, end};
            }),
-           py::arg("begin") = 0.0, py::arg("end") = 1.0, "Times; not checked before they are used.")
+           py::arg("begin") = 0.0, py::arg("end") = 1.0,
+           "Times; their order is not checked before they are used.")
       .def_readonly("begin", &TimeInterval::begin, "float: time")
       .def_readonly("end", &TimeInterval::end, "float: time")
       .def("length", &TimeInterval::length, "end - begin.")
