@@ -286,7 +286,7 @@ std::string feature_words(const Feature& feature) {
       out << "face";
       break;
     case FeatureKind::Smooth:
-      return "curved surface";
+      return "smooth surface";
   }
   for (std::size_t k = 0; k < feature.vertex_count(); ++k) out << ' ' << feature.vertices[k];
   return out.str();
@@ -304,7 +304,8 @@ std::string show(Scalar value) {
 std::string show(const Vector3& v) {
   std::ostringstream out;
   out.precision(6);
-  out << '(' << v.x() << ", " << v.y() << ", " << v.z() << ')';
+  const Vector3 shown = v + Vector3::Zero();  // -0 becomes 0
+  out << '(' << shown.x() << ", " << shown.y() << ", " << shown.z() << ')';
   return out.str();
 }
 

@@ -30,6 +30,11 @@ std::string_view without_plus(std::string_view word) {
 
 }  // namespace
 
+std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 bool TextScanner::next_line(bool joins_lines) {
   words_.clear();
   if (rest_.empty()) return false;

@@ -14,12 +14,15 @@
 
 namespace dyop::io_internal {
 
+/// The text after the mark that some programs put in front of UTF-8.
+std::string_view without_byte_order_mark(std::string_view text);
+
 /// Walks through a text file line by line, split at whitespace, and throws FileErrors with the
 /// current line number.
 class TextScanner {
  public:
   TextScanner(const std::filesystem::path& file, std::string_view text)
-      : file_(file), rest_(text) {}
+      : file_(file), rest_(without_byte_order_mark(text)) {}
 
   /// Goes to the next line; false at the end of the text. If `joins_lines`, a backslash at the end
   /// of a line joins it with the next one.

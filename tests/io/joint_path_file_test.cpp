@@ -41,6 +41,14 @@ TEST_F(JointPathFile, ReadsColumnsInAnyOrder) {
   EXPECT_EQ(path.position(2), JointVector((JointVector(2) << 0.5, 2.5).finished()));
 }
 
+TEST_F(JointPathFile, ReadsWhatSpreadsheetsWrite) {
+  const JointPath path = load("p.csv", "\xEF\xBB\xBFTime;turn;lift\r\n1;0;2\r\n3;1;3\r\n");
+  EXPECT_EQ(path.position(2), JointVector((JointVector(2) << 0.5, 2.5).finished()));
+  // Decimal commas are no second separator.
+  EXPECT_THROW(load("p.csv", "turn;lift\n0;2\n0,5;3\n"), FileError);
+  EXPECT_THROW(load("p.csv", "turn;lift\n0;2\n0,5\n"), FileError);
+}
+
 TEST_F(JointPathFile, JointsThatAreNotNamedRestWithinTheirLimits) {
   const JointPath path = load("p.csv", "turn\n0\n1\n");
   EXPECT_EQ(path.position(1), JointVector((JointVector(2) << 1, 2).finished()));

@@ -174,6 +174,26 @@ TEST_F(MeshReader, LeavesAloneWhatIsNoGeometry) {
                    "PLY with more properties");
 }
 
+TEST_F(MeshReader, ReadsTextWithAByteOrderMarkAndKeywordsInCapitals) {
+  const Polygons cube = testing::cube_polygons();
+  const std::string mark = "\xEF\xBB\xBF";
+  // The mark once hid the first vertex, and with it which vertices later ones are.
+  expect_same_bits(load("a.obj", mark + testing::obj_of(cube)), cube, "OBJ");
+  expect_same_bits(load("a.off", mark + testing::off_of(cube)), cube, "OFF");
+  std::string stl = testing::cube_stl_ascii();
+  const TriangleMesh wanted = load("a.stl", stl);
+  Polygons facets;
+  for (std::size_t k = 0; k < wanted.triangles().size(); ++k) {
+    const Triangle corners = wanted.triangle(std::int32_t(k));
+    facets.vertices.insert(facets.vertices.end(), corners.begin(), corners.end());
+    const auto first = std::int32_t(3 * k);
+    facets.polygons.push_back({first, first + 1, first + 2});
+  }
+  expect_same_bits(load("b.stl", mark + stl), facets, "STL");
+  for (char& c : stl) c = char(std::toupper(static_cast<unsigned char>(c)));
+  expect_same_bits(load("c.stl", stl), facets, "STL in capitals");
+}
+
 TEST_F(MeshReader, ReadsStripsOfPly) {
   const std::string text =
       "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"

@@ -47,6 +47,13 @@ TEST(ResultText, NeverSaysThatAnUndecidedQueryMissed) {
   EXPECT_TRUE(describe(distance).starts_with("Undecided: "));
 }
 
+TEST(ResultText, ShowsNoNegativeZero) {
+  DistanceResult result;
+  result.status = DistanceStatus::Separated;
+  result.nhat_AB_W = -Vector3::UnitZ();
+  EXPECT_NE(describe(result).find("(0, 0, -1) from"), std::string::npos) << describe(result);
+}
+
 TEST(ResultText, DescribesAnImpactWithAllItsFigures) {
   const std::string text = describe(testing::small_impact_result(), {"tool", "organ"});
   for (const char* part :

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <array>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -51,7 +53,15 @@ PolygonMesh read_binary(const std::filesystem::path& file, std::string_view byte
   return mesh;
 }
 
-// Reads the statements of the text; those for normals and loops are skipped.
+std::string lower_case(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return lower;
+}
+
+// Reads the statements of the text; those for normals and loops are skipped. Some programs write
+// the keywords in capitals.
 class AsciiStlReader {
  public:
   AsciiStlReader(const std::filesystem::path& file, std::string_view bytes)
@@ -59,7 +69,7 @@ class AsciiStlReader {
 
   PolygonMesh read() {
     while (scanner_.next_line()) {
-      if (!scanner_.words().empty()) read_statement(scanner_.words().front());
+      if (!scanner_.words().empty()) read_statement(lower_case(scanner_.words().front()));
     }
     if (is_open_) scanner_.fail("truncated: expected 'endsolid' before the end of the file");
     return std::move(mesh_);
@@ -116,9 +126,13 @@ PolygonMesh read_stl(const std::filesystem::path& file, std::string_view bytes) 
       bytes.size() < kHeaderBytes ? kHeaderBytes : kHeaderBytes + kFacetBytes * facet_count(bytes);
   if (bytes.size() == expected) return read_binary(file, bytes);
   // Binary files may start with "solid" too, so the word alone decides nothing.
-  const bool is_ascii = bytes.substr(0, bytes.find_first_of(" \t\r\n")) == "solid" &&
-                        (bytes.find("facet") != std::string_view::npos ||
-                         bytes.find("endsolid") != std::string_view::npos);
+  const std::string_view text = without_byte_order_mark(bytes);
+  const auto holds = [&](const char* word, const char* in_capitals) {
+    return text.find(word) != std::string_view::npos ||
+           text.find(in_capitals) != std::string_view::npos;
+  };
+  const bool is_ascii = lower_case(text.substr(0, text.find_first_of(" \t\r\n"))) == "solid" &&
+                        (holds("facet", "FACET") || holds("endsolid", "ENDSOLID"));
   if (is_ascii) return AsciiStlReader(file, bytes).read();
   if (bytes.size() < kHeaderBytes) {
     throw FileError(file, "truncated: expected at least " + std::to_string(kHeaderBytes) +

@@ -245,7 +245,8 @@ CsvHeader read_header(const TextScanner& scanner, const Robot& robot) {
   CsvHeader header;
   for (const std::string_view word : scanner.words()) header.names.push_back(unquoted(word));
   const std::string& first = header.names.front();
-  header.has_time = first == "time" || first == "t" || first == "time_from_start";
+  header.has_time =
+      first == "time" || first == "Time" || first == "t" || first == "time_from_start";
   if (header.has_time) header.names.erase(header.names.begin());
   header.columns =
       columns_of(robot, header.names, [&](const std::string& problem) { scanner.fail(problem); });
@@ -283,12 +284,22 @@ void read_row(const TextScanner& scanner, const CsvHeader& header, JointVector q
   waypoints.positions.push_back(std::move(q));
 }
 
+// A semicolon where the first line that is no comment has one. Commas then stay, and are refused
+// within a number.
+char separator_of(const std::string& text) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
+    return line.find(';') == std::string::npos ? ',' : ';';
+  }
+  return ',';
+}
+
 Waypoints read_csv(const std::filesystem::path& file, std::string text, const Robot& robot,
                    const JointVector& rest) {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  if (text.starts_with(kByteOrderMark)) text.erase(0, kByteOrderMark.size());
   // An empty cell is then a missing word, which the count of words tells.
-  std::replace(text.begin(), text.end(), ',', ' ');
+  std::replace(text.begin(), text.end(), separator_of(text), ' ');
   TextScanner scanner(file, text);
   Waypoints waypoints;
   std::optional<CsvHeader> header;
