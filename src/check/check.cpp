@@ -2,6 +2,7 @@
 #include "check/check.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -252,6 +253,7 @@ int check_recording(const Hdf5Reader& reader, const CheckOptions& options, std::
 
 int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors) {
   try {
+    if (!std::filesystem::exists(file)) throw BadFile("no such file");
     const Hdf5Reader reader(file);
     CheckOptions options;
     options.scale = scale;

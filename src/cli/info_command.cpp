@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <iomanip>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -138,7 +139,8 @@ void print_words(const MeshReport& report) {
     std::cout << "volume            none: the mesh is open or inside out\n";
   }
   std::cout << "hierarchy         " << report.nodes << " nodes\n"
-            << "memory            " << Scalar(report.bytes) / (1 << 20) << " MiB\n";
+            << std::setprecision(3) << "memory            " << Scalar(report.bytes) / (1 << 20)
+            << " MiB\n";
 }
 
 RecordingForm form_of(const InfoArguments& arguments) {

@@ -40,6 +40,11 @@ ExitCode report(ExitCode code, std::string message) {
   return code;
 }
 
+ExitCode flushed(ExitCode code) {
+  std::cout.flush();
+  return std::cout ? code : report(ExitCode::BadInput, "could not write the output");
+}
+
 using Words = std::vector<std::string>;
 
 std::vector<CLI::App*> commands_of(CLI::App& app) {
@@ -118,8 +123,7 @@ ExitCode parse(CLI::App& app, Words words, const ExitCode& exit_code) {
     }
     return report(ExitCode::BadInput, problem + " (see " + named.words + " --help)");
   }
-  std::cout.flush();
-  return std::cout ? exit_code : report(ExitCode::BadInput, "could not write the output");
+  return flushed(exit_code);
 }
 
 ExitCode run(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
@@ -127,7 +131,7 @@ ExitCode run(CLI::App& app, int argc, char** argv, const ExitCode& exit_code) {
     return parse(app, Words(argv + 1, argv + argc), exit_code);
   } catch (const CLI::Success& request) {  // --help, --version
     app.exit(request);
-    return ExitCode::Answered;
+    return flushed(ExitCode::Answered);
   } catch (const InternalError& error) {
     return report(ExitCode::Internal, error.what());
   } catch (const IntegrationError& error) {

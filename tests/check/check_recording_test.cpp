@@ -718,7 +718,9 @@ TEST_F(CheckRecording, SaysWhichDistancesWereAskedFor) {
 }
 
 TEST_F(CheckRecording, RefusesWhatItCannotRead) {
-  EXPECT_EQ(check(directory_.path() / "none.h5").code, kUnusable);
+  const auto missing = check(directory_.path() / "none.h5");
+  EXPECT_EQ(missing.code, kUnusable);
+  EXPECT_NE(missing.error.find("none.h5: no such file"), std::string::npos) << missing.error;
   const std::filesystem::path text = directory_.write("text.h5", "not HDF5");
   EXPECT_EQ(check(text).code, kUnusable);
   EXPECT_NE(check(text).error.find("no readable HDF5 file"), std::string::npos);

@@ -66,6 +66,15 @@ TEST_F(CommandLine, EveryCommandHasTwoExamples) {
   }
 }
 
+TEST_F(CommandLine, TheCommandsForRobotsHaveExamplesOfTheirOwn) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"help", "robot"}, {"help", "robot", "info"}}) {
+    const CommandResult help = run_command(words);
+    EXPECT_NE(help.out.find("  dyop robot info arm.urdf"), std::string::npos) << help.out;
+    EXPECT_EQ(help.out.find("dyop toi"), std::string::npos) << help.out;
+  }
+}
+
 TEST_F(CommandLine, TellsItsVersion) {
   EXPECT_TRUE(run_command({"--version"}).out.starts_with("dyop "));
 }

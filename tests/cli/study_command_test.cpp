@@ -192,9 +192,14 @@ TEST_F(StudyCommand, RefusesResultsOfAnotherStudyAndContradictions) {
 TEST_F(StudyCommand, RecordsACaseThatCannotBeRun) {
   directory_.write("study.json",
                    R"({"scene": "ball.json", "sweep": {"/bodies/0/restitution": [0.5, 7]}})");
-  ASSERT_EQ(study({}).exit_code, 0);
+  const CommandResult shard = study({});
+  ASSERT_EQ(shard.exit_code, 0);
   const CommandResult merge = study({"--merge"});
   EXPECT_EQ(Json::parse(merge.out).at("ends"), Json::parse(R"({"Completed": 1, "Error": 1})"));
+  for (const Json& report : {Json::parse(shard.out), Json::parse(merge.out)}) {
+    EXPECT_EQ(report.at("errors"), 1);
+    EXPECT_NE(report.at("first_error").get<std::string>().find("restitution"), std::string::npos);
+  }
   const std::string error = lines_of(read("out/results.jsonl"))[1].at("error");
   EXPECT_NE(error.find("restitution"), std::string::npos) << error;
   EXPECT_EQ(error.find(".case-"), std::string::npos) << error;

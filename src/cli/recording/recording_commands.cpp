@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <iomanip>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -217,7 +218,8 @@ std::string count_words(const std::array<std::size_t, Count>& counts) {
 
 void print_words(const RecordingReader& reader, const RecordingSummary& summary) {
   std::cout.precision(9);
-  std::cout << "run               " << reader.header().title << '\n'
+  const std::string& title = reader.header().title;
+  std::cout << "run               " << (title.empty() ? "without a title" : title) << '\n'
             << "ended             " << end_words(reader) << '\n'
             << "time              " << reader.interval().begin << " to " << reader.interval().end
             << ", planned to " << reader.header().end_time << '\n'
@@ -231,7 +233,8 @@ void print_words(const RecordingReader& reader, const RecordingSummary& summary)
             << "events            " << count_words<RunEventKind>(summary.events) << '\n'
             << "solver            largest residual " << summary.residual << ", " << summary.stalls
             << " stalls\n"
-            << "size              " << Scalar(summary.bytes) / (1 << 20) << " MiB\n";
+            << std::setprecision(3) << "size              " << Scalar(summary.bytes) / (1 << 20)
+            << " MiB\n";
 }
 
 }  // namespace

@@ -52,6 +52,20 @@ namespace {
 using Json = nlohmann::ordered_json;
 using io_internal::show;
 
+constexpr const char* kRobotExamples = R"(Each of these has --help. docs/robots.md.
+
+Examples:
+  dyop robot info arm.urdf
+  dyop robot pairs arm.urdf --write-srdf arm.srdf
+  dyop robot check arm.urdf path.csv --scene cell.json --srdf arm.srdf
+)";
+
+constexpr const char* kInfoExamples = R"(Examples:
+  dyop robot info arm.urdf --srdf arm.srdf
+  A model that finds its meshes elsewhere, as JSON:
+    dyop robot info arm.urdf --package-path ~/catkin_ws/src --json
+)";
+
 constexpr const char* kPairsExamples =
     R"(Each pair of links is proven never to touch within the joints' limits, always to touch, or
 shown to touch at a joint value; with --srdf, its claims `Never` are compared. docs/robots.md.
@@ -330,6 +344,7 @@ void add_robot_info(CLI::App& robot, ExitCode& exit_code) {
   auto arguments = std::make_shared<RobotArguments>();
   auto is_json = std::make_shared<bool>(false);
   CLI::App* command = robot.add_subcommand("info", "Links, joints, limits, masses and reach");
+  command->footer(kInfoExamples);
   add_robot_options(*command, *arguments);
   command->add_flag("--json", *is_json, "Print one JSON object to stdout");
   command->callback([arguments, is_json, &exit_code] {
@@ -399,6 +414,7 @@ void add_robot_command(CLI::App& app, ExitCode& exit_code) {
   CLI::App* robot = app.add_subcommand(
       "robot", "Robots from URDF and MJCF: their parts, their pairs, their paths");
   robot->require_subcommand(1);
+  robot->footer(kRobotExamples);
   add_robot_info(*robot, exit_code);
   add_robot_pairs(*robot, exit_code);
   add_robot_check(*robot, exit_code);

@@ -138,6 +138,23 @@ std::string run_case(const Study& study, const CaseScene& files, std::int64_t nu
   return line.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
+// How many of the cases cannot be run, and why the first one cannot.
+class CaseErrors {
+ public:
+  void add(const nlohmann::json& line) {
+    if (line.at("status") == "Error" && count_++ == 0) first_ = line.at("error");
+  }
+  void report_in(nlohmann::ordered_json& report) const {
+    if (count_ == 0) return;
+    report["errors"] = count_;
+    report["first_error"] = first_;
+  }
+
+ private:
+  std::int64_t count_ = 0;
+  std::string first_;
+};
+
 void print_report(const StudyArguments& arguments, const nlohmann::ordered_json& report) {
   if (arguments.is_json) {
     std::cout << report.dump() << '\n';
@@ -157,20 +174,24 @@ ExitCode run_shard(const Study& study, const StudyArguments& arguments) {
   const std::int64_t last = study.case_count() - shard.number;
   const std::int64_t count = last < 0 ? 0 : last / shard.count + 1;
   const std::int64_t found = file.done();
+  CaseErrors errors;
   ProgressBar progress(!arguments.no_progress);
   while (file.done() < count && !interrupt.token().stop_requested()) {
     const std::int64_t number = shard.number - 1 + file.done() * shard.count;
     const std::string line = run_case(study, files, number, arguments.threads, interrupt.token());
     if (line.empty()) break;
     file.append(line);
+    errors.add(nlohmann::json::parse(line));
     progress.update(double(file.done()) / double(count), 0);
   }
   const bool is_complete = file.done() == count;
-  print_report(arguments, {{"shard", arguments.shard},
-                           {"cases", count},
-                           {"found", found},
-                           {"run", file.done() - found},
-                           {"complete", is_complete}});
+  nlohmann::ordered_json report{{"shard", arguments.shard},
+                                {"cases", count},
+                                {"found", found},
+                                {"run", file.done() - found},
+                                {"complete", is_complete}};
+  errors.report_in(report);
+  print_report(arguments, report);
   return is_complete ? ExitCode::Answered : ExitCode::Undecided;
 }
 
@@ -185,12 +206,17 @@ void write_results(const fs::path& file, const std::vector<std::string>& lines) 
 ExitCode run_merge(const Study& study, const StudyArguments& arguments) {
   const MergedShards merged = merge_shards(arguments.out, study);
   std::map<std::string, std::int64_t> ends;
+  CaseErrors errors;
   for (const std::string& line : merged.lines) {
-    if (!line.empty()) ++ends[nlohmann::json::parse(line).at("status").get<std::string>()];
+    if (line.empty()) continue;
+    const nlohmann::json result = nlohmann::json::parse(line);
+    ++ends[result.at("status").get<std::string>()];
+    errors.add(result);
   }
   const fs::path file = fs::path(arguments.out) / "results.jsonl";
   nlohmann::ordered_json report{
       {"cases", study.case_count()}, {"missing", merged.missing.size()}, {"ends", ends}};
+  errors.report_in(report);
   if (!merged.missing.empty()) {
     report["first_missing"] = merged.missing.front();
     print_report(arguments, report);

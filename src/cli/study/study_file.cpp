@@ -22,14 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::int64_t kMostCases = 1'000'000'000;
 
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw FileError(file, "could not be read");
-  return text.str();
-}
-
 Json parse(const fs::path& file, const std::string& text) {
   try {
     return Json::parse(text);
@@ -55,7 +47,7 @@ double unit_number(std::uint64_t seed, std::uint64_t number, std::uint64_t place
 }  // namespace
 
 Study::Study(const fs::path& file) : file_(file) {
-  const std::string text = read_text(file);
+  const std::string text = io_internal::read_bytes(file);
   const Json study = parse(file, text);
   if (!study.is_object()) fail("must be an object");
   for (const auto& [key, value] : study.items()) {
@@ -65,7 +57,7 @@ Study::Study(const fs::path& file) : file_(file) {
     fail("/scene must be the name of a scene file");
   }
   scene_file_ = file.parent_path() / study["scene"].get<std::string>();
-  const std::string scene_text = read_text(scene_file_);
+  const std::string scene_text = io_internal::read_bytes(scene_file_);
   scene_ = parse(scene_file_, scene_text);
   if (study.contains("sweep")) read_sweeps(study["sweep"]);
   if (study.contains("random")) read_random(study["random"]);
