@@ -54,6 +54,21 @@ def lines_of(recording):
                           capture_output=True).stdout
 
 
+def test_a_recording_says_what_ended_its_run(scene_file, tmp_path):
+    scene = dyop.load_scene(scene_file)
+
+    def interrupted(t, end):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        dyop.simulate(scene, tmp_path / "run.h5", progress=interrupted)
+    reader = dyop.RecordingReader(tmp_path / "run.h5")
+    assert reader.end().error == "KeyboardInterrupt" and len(reader.frames) == 1
+    assert repr(reader).endswith(f"run.h5', {len(reader.bodies)} bodies, t=0.0 to {scene.step})")
+    with pytest.raises(TypeError, match="as load_scene.* not str"):
+        dyop.simulate(str(scene_file))
+
+
 def test_simulate_writes_the_recording_of_the_command(scene_file, tmp_path):
     scene = dyop.load_scene(scene_file)
     times = []

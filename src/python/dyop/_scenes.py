@@ -36,6 +36,8 @@ def simulate(scene, recording=None, *, options=None, progress=None):
     options: WorldOptions in place of ``scene.options``. progress(t, end_time) is called after each
     step; True draws a bar. Ends early where World.advance() does: see ``totals.status``.
     """
+    if not isinstance(scene, _dyop.Scene):
+        raise TypeError(f"scene must be a Scene, as load_scene() gives, not {type(scene).__name__}")
     progress = call_of(progress)
     world = _dyop.make_world(scene, options)
     recorder = None if recording is None else _recorder(scene, recording)
@@ -54,9 +56,9 @@ def simulate(scene, recording=None, *, options=None, progress=None):
                 progress(world.time(), scene.end_time)
             if report.status != _dyop.AdvanceStatus.Completed:
                 break
-    except _dyop.Error as error:
+    except BaseException as error:  # Ctrl-C and what progress raises, too
         if recorder is not None:
-            recorder.fail(str(error))
+            recorder.fail(str(error) or type(error).__name__)
         raise
     if recorder is not None:
         recorder.finish()

@@ -336,6 +336,13 @@ void bind_reader(py::module_& m) {
       .def_property_readonly(
           "file", [](const RecordingReader& r) { return readable(r.file().string()); },
           "str: as it was given")
+      .def("__repr__",
+           [](const RecordingReader& r) {
+             return "RecordingReader(" + std::string(py::repr(readable(r.file().string()))) + ", " +
+                    std::to_string(r.bodies().size()) +
+                    " bodies, t=" + std::string(py::repr(py::cast(r.interval().begin))) + " to " +
+                    std::string(py::repr(py::cast(r.interval().end))) + ")";
+           })
       .def("refresh", &RecordingReader::refresh, "Reads what was written since; True if anything.")
       .def_property_readonly(
           "header", [](const RecordingReader& r) { return r.header(); }, "RunHeader: of the run")
