@@ -25,6 +25,15 @@ constexpr Scalar kMostSurprise = 2;
 // faster for what this one has learnt.
 constexpr std::int64_t kSearchWork = 250;
 
+// A search that takes more pieces than this makes the reach of the next ones smaller beyond the rest
+// gap, by at most so much at once, down to a part; one that takes fewer, larger. Between fine meshes
+// each piece of surface adds hundreds of pairs that hardly ever matter. With no reach at all, tools
+// stop at contacts that only the proof finds.
+constexpr Scalar kUsualSearch = 300;
+constexpr Scalar kFastestShrink = 0.5;
+constexpr Scalar kFastestGrowth = 1.1;
+constexpr Scalar kLeastReachPart = 0.2;
+
 // So many holds need no further memory before they are thinned out.
 constexpr std::size_t kReservedHolds = 1024;
 
@@ -96,6 +105,13 @@ void ActiveContacts::forget_all() {
   last_holds_.clear();
   was_hasty_ = false;
   search_work_ = 0;
+  reach_part_ = 1;
+}
+
+void ActiveContacts::adapt_reach(std::int64_t pieces) {
+  const Scalar change =
+      std::clamp(kUsualSearch / Scalar(pieces + 1), kFastestShrink, kFastestGrowth);
+  reach_part_ = std::clamp(change * reach_part_, kLeastReachPart, Scalar{1});
 }
 
 // A search that is cut off would be so again in the next tick, before the tool has moved: the next
@@ -111,7 +127,7 @@ void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar 
     const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
     const Scalar least_reach =
-        obstacle.margin + (1 + course.pace * kReach) * scene_.options.rest_offset;
+        obstacle.margin + (1 + course.pace * reach_part_ * kReach) * scene_.options.rest_offset;
     const Scalar most_moved = kMostReach * scene_.options.rest_offset;
     if (pair.distance.lower > least_reach + most_moved) continue;
     if (clock.is_over()) return keep_found(course, proofs);
@@ -124,6 +140,8 @@ void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar 
     const std::size_t first = found_.size();
     ExpectedApproach approach{.least = least_reach, .reach = reach};
     expect(course, pair, duration, approach);
+    // How the other tool goes on is not in it.
+    if (other) approach.least = reach;
     obstacle.add_holds(scene_.bodies[pair.body], scene_.body_pose(course.pose, pair.body), approach,
                        share, pair.kept, proofs.memory(), found_);
     for (std::size_t k = first; k < found_.size(); ++k) {
@@ -134,6 +152,7 @@ void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar 
   }
   if (clock.cutoff()) return keep_found(course, proofs);
   search_work_ = clock.checkpoints() - before;
+  adapt_reach(search_work_);
   if (share.is_used_up()) {
     carry(course, proofs);
     found_.insert(found_.end(), holds_.begin(), holds_.end());
@@ -191,6 +210,7 @@ void ActiveContacts::release() {
 // The search was cut off: what it found, besides what was known.
 void ActiveContacts::keep_found(const Course& course, const PairProofs& proofs) {
   was_hasty_ = true;
+  reach_part_ = std::max(kLeastReachPart, kFastestShrink * reach_part_);
   carry(course, proofs);
   for (const HoldPoint& hold : found_) {
     if (holds_.size() < most_holds(course)) add_if_new(hold);
@@ -229,7 +249,8 @@ void ActiveContacts::expect(const Course& course, const ProxyPair& pair, Scalar 
       size_of(course, body,
               scaled(difference(course.rate[tool], course.rate_before[tool]), duration)) +
       scene_.obstacles[pair.obstacle]->speed() * duration;
-  approach.slack = std::min(surprise, kMostSurprise * scene_.options.rest_offset);
+  approach.slack = std::min(surprise, reach_part_ * kMostSurprise * scene_.options.rest_offset);
+  approach.radius = body.shape->bounding_radius();
 }
 
 // Fewer at a slower pace, since solves take long; leaves space for those that the proof will find.

@@ -91,6 +91,7 @@ class ActiveContacts {
   Scalar trocar_part(std::size_t tool, const ToolPose& from, const ToolStep& step) const;
   void expect(const Course& course, const ProxyPair& pair, Scalar duration,
               ExpectedApproach& approach) const;
+  void adapt_reach(std::int64_t pieces);
   void carry(const Course& course, const PairProofs& proofs);
   void keep_found(const Course& course, const PairProofs& proofs);
   void add_if_new(const HoldPoint& hold);
@@ -117,6 +118,7 @@ class ActiveContacts {
   Scalar holds_since_ = 0;        // time since then
   bool was_hasty_ = false;        // the last search was cut off
   std::int64_t search_work_ = 0;  // pieces of the last search
+  Scalar reach_part_ = 1;         // of the reach beyond the rest gap
   std::vector<HoldPoint> last_holds_;
   std::vector<HoldPoint> found_;
   std::vector<Scalar> apart_;  // scratch of thin()

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
+#include "contact/generation/contact_search.h"
 #include "distance/distance_traversal.h"
 #include "dyop/motion/steady_motions.h"
 #include "haptics/obstacle.h"
@@ -29,6 +30,17 @@ class RigidObstacle final : public Obstacle {
   std::shared_ptr<const Shape> shape_;
   RigidPose X_WA_;
   RestMotion motion_;  // of an obstacle of the scene
+};
+
+// Two triangles of a contact search take no longer than a small piece of work.
+class SmallPieces final : public Interrupt {
+ public:
+  explicit SmallPieces(WorkClock& clock) : clock_(clock) {}
+
+  bool is_over() override { return clock_.is_over_small(); }
+
+ private:
+  WorkClock& clock_;
 };
 
 // Meshes find out which of their features can touch anything when contacts are first asked for.
@@ -71,8 +83,10 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
                               PairMemory& /*kept*/, QueryMemory& memory,
                               std::vector<HoldPoint>& holds) const {
   // All or nothing: only the tick's end ends it.
-  generate_contacts(*shape_, X_WA_, *body.shape, X_WB, approach.reach, {}, memory.contact_workspace,
-                    memory.contacts, &share.clock);
+  SmallPieces interrupt(share.clock);
+  const contact_internal::UseOfApproach use(memory.contact_workspace, approach);
+  generate_contacts(*shape_, X_WA_, *body.shape, X_WB, approach.largest_needed_gap(), {},
+                    memory.contact_workspace, memory.contacts, &interrupt);
   for (const ContactPoint& contact : memory.contacts) {
     HoldPoint hold;
     hold.p_WA = contact.p_WCa;

@@ -24,6 +24,7 @@ namespace {
 
 using contact_internal::ContactQuery;
 using contact_internal::ContactSurface;
+using contact_internal::ExpectedApproach;
 
 void require_sine(const char* name, Scalar sine) {
   DYOP_REQUIRE(sine >= 0 && sine <= 0.5, "generate_contacts: ", name, " must be in [0, 0.5], not ",
@@ -54,6 +55,9 @@ void append_contacts(const Shape& a, std::int32_t piece_a, const RigidPose& X_WA
   ContactQuery query =
       contact_internal::contact_query(surface_a, a, X_WA, surface_b, b, X_WB, reach, options);
   query.interrupt = interrupt;
+  if (const ExpectedApproach* approach = workspace.impl().approach) {
+    contact_internal::expect(*approach, X_WA, surface_a.radius + surface_b.radius, query);
+  }
   found.clear();
   if (!search_as_solids(query, a, b, found)) {
     if (contact_internal::list_neighbours(workspace, a, X_WA, b, X_WB, reach)) {

@@ -26,6 +26,17 @@ FeatureKey vertex_key(std::int32_t number) {
   return {FeatureKind::Vertex, 0, number};
 }
 
+// The axis along which a box is thinnest: of a piece of surface its normal, nearly.
+Vector3 thin_axis(const OrientedBox& box) {
+  Eigen::Index thinnest;
+  box.half_extents.minCoeff(&thinnest);
+  return box.axes.col(thinnest);
+}
+
+Scalar extent_along(const OrientedBox& box, const Vector3& n) {
+  return (box.axes.transpose() * n).cwiseAbs().dot(box.half_extents);
+}
+
 // The corners of the feature that holds a foot.
 std::span<const Vector3> foot_corners(const Triangle& t, const TriangleFoot& foot,
                                       std::array<Vector3, 2>& ends) {
@@ -45,6 +56,25 @@ std::span<const Vector3> foot_corners(const Triangle& t, const TriangleFoot& foo
 }
 
 }  // namespace
+
+// Most pairs of a body that slides are apart across the surface, along which it does not close in.
+bool matters(const ContactQuery& query, const ShapeTree& tree_a, const ShapeTree& tree_b,
+             const BoxPair& pair) {
+  const ExpectedApproach& approach = *query.approach_A;
+  if (!(pair.gap > approach.least + approach.slack)) return true;
+  const OrientedBox a = tree_a.box(pair.a);
+  OrientedBox b = tree_b.box(pair.b);
+  b.center = query.X_AB * b.center;
+  b.axes = query.X_AB.rotation() * b.axes;
+  const Vector3 apart = b.center - a.center;
+  const Scalar radii = tree_a.rounding() + tree_b.rounding();
+  const auto is_beyond = [&](Vector3 n) {
+    if (n.dot(apart) < 0) n = -n;
+    const Scalar gap = n.dot(apart) - extent_along(a, n) - extent_along(b, n) - radii;
+    return gap > approach.needed_gap(n, b);
+  };
+  return !is_beyond(thin_axis(a)) && !is_beyond(thin_axis(b));
+}
 
 // Bounds: the slab gap along `proof` is at most the distance, the witness's length at least. The
 // contact's points and normal must be set; the proof points from A to B and may have any length.
@@ -650,6 +680,17 @@ ContactQuery contact_query(const ContactSurface& surface_a, const Shape& a, cons
     query.place = {center_A, query.X_BA * center_A, radius};
   }
   return query;
+}
+
+void expect(const ExpectedApproach& approach, const RigidPose& X_WA, Scalar radii,
+            ContactQuery& query) {
+  const RigidPose X_AW = X_WA.inverse();
+  ExpectedApproach& approach_A = query.approach_A.emplace(approach);
+  approach_A.least += radii;
+  approach_A.reach += radii;
+  approach_A.v_W = X_AW.rotation() * approach.v_W;
+  approach_A.w_W = X_AW.rotation() * approach.w_W;
+  approach_A.origin_W = X_AW * approach.origin_W;
 }
 
 Scalar spread_of_doubles(const ContactQuery& query, Scalar distance) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,8 +16,11 @@
 #include "distance/neighbour_list.h"
 #include "dyop/contact/contact_generator.h"
 #include "geometry/shape_tree.h"
+#include "toi/deforming/expected_approach.h"
 
 namespace dyop::contact_internal {
+
+using toi_internal::ExpectedApproach;
 
 /// A pair of features that passed the test, in frame A; the cores without their radii.
 struct FoundContact {
@@ -51,6 +55,7 @@ struct ContactQuery {
   Interrupt* interrupt = nullptr;
   std::span<const BoxPair> first_pairs{&kRootPair, 1};
   SearchPlace place = {};
+  std::optional<ExpectedApproach> approach_A = {};  ///< of the cores, in frame A; none: all matter
 };
 
 /// The input of a search for one pair of pieces at two poses, from the roots of their trees.
@@ -58,6 +63,11 @@ struct ContactQuery {
 ContactQuery contact_query(const ContactSurface& surface_a, const Shape& a, const RigidPose& X_WA,
                            const ContactSurface& surface_b, const Shape& b, const RigidPose& X_WB,
                            Scalar reach, const ContactGeneratorOptions& options);
+
+/// Limits a query to what matters for an approach of B in world, of the surfaces: the cores inflated
+/// by radii of this sum.
+void expect(const ExpectedApproach& approach, const RigidPose& X_WA, Scalar radii,
+            ContactQuery& query);
 
 /// How far apart two findings of one contact may be when it is `distance` from the other shape.
 Scalar spread_of_doubles(const ContactQuery& query, Scalar distance);
@@ -98,6 +108,8 @@ struct ContactWorkspace::Impl {
   std::vector<distance_internal::PartPair> parts;
   /// Neighbour list of the shapes of the next calls, neither a compound; null: none.
   distance_internal::NeighbourList* neighbours = nullptr;
+  /// Of B in the next calls, in world; null: contacts matter however the shapes move.
+  const contact_internal::ExpectedApproach* approach = nullptr;
 };
 
 namespace contact_internal {
@@ -111,6 +123,21 @@ class UseOfNeighbours {
   ~UseOfNeighbours() { workspace_.impl().neighbours = nullptr; }
   UseOfNeighbours(const UseOfNeighbours&) = delete;
   UseOfNeighbours& operator=(const UseOfNeighbours&) = delete;
+
+ private:
+  ContactWorkspace& workspace_;
+};
+
+/// While this lives, contacts are left out that do not matter for an approach.
+class UseOfApproach {
+ public:
+  UseOfApproach(ContactWorkspace& workspace, const ExpectedApproach& approach)
+      : workspace_(workspace) {
+    workspace_.impl().approach = &approach;
+  }
+  ~UseOfApproach() { workspace_.impl().approach = nullptr; }
+  UseOfApproach(const UseOfApproach&) = delete;
+  UseOfApproach& operator=(const UseOfApproach&) = delete;
 
  private:
   ContactWorkspace& workspace_;
@@ -152,8 +179,12 @@ inline bool comes_near(const ShapeTree& tree, std::int32_t box, const Vector3& p
                       (1 + kPointBoxNoise) * std::sqrt(tree.squared_half_diagonal(box)));
 }
 
-/// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place,
-/// below those that the query begins with, if is_sought(pair of boxes) holds on the way down.
+/// Whether a pair of boxes with this gap matters for the query's approach.
+bool matters(const ContactQuery& query, const ShapeTree& tree_a, const ShapeTree& tree_b,
+             const BoxPair& pair);
+
+/// Calls visit(leaf_a, leaf_b) for all pairs of leaves within reach, and at the query's place, that
+/// matter, below those that the query begins with, if is_sought(pair of boxes) holds on the way down.
 template <typename IsSought, typename Visit>
 void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const ContactQuery& query,
                        BoxPairStack& stack, const IsSought& is_sought, const Visit& visit) {
@@ -162,7 +193,7 @@ void visit_near_leaves(const ShapeTree& tree_a, const ShapeTree& tree_b, const C
   const auto is_wanted = [&](const BoxPair& pair) {
     return comes_near(tree_a, pair.a, place.center_A, place.radius) &&
            comes_near(tree_b, pair.b, place.center_B, place.radius + query.reach) &&
-           is_sought(pair);
+           is_sought(pair) && (!query.approach_A || matters(query, tree_a, tree_b, pair));
   };
   for (const BoxPair& first : query.first_pairs) {
     if (is_wanted(first)) stack.push_back(first);

@@ -179,7 +179,8 @@ bool PairFront::is_enough(const Question& question, Scalar gap, const Node& node
   if (!approach || is_beyond) return is_beyond;
   // Fast reject: most pairs fail by a wide margin.
   return gap > approach->least + approach->slack &&
-         gap > approach->needed_gap(n_W, sides.b.box_W(node.b));
+         (gap > approach->needed_gap(n_W) ||
+          gap > approach->needed_gap(n_W, sides.b.box_W(node.b)));
 }
 
 PairFront::Finding PairFront::examine(const Question& question, std::int32_t number) {
