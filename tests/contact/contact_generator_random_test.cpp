@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "contact/generation/contact_search.h"
 #include "dyop/contact/contact_generator.h"
 #include "dyop/core/error.h"
 #include "dyop/distance/distance.h"
@@ -243,6 +244,55 @@ void check_random_pairs(int count, const Placement& placement, std::uint64_t see
 
 TEST(ContactGenerator, FindsEveryLocalMinimumAndNothingElse) {
   check_random_pairs(6000, {}, 1);
+}
+
+// What an approach leaves out does not come as near as it asks for: the material points of each
+// contact that is missing, moved as expected. All that is kept is what a search without it finds.
+TEST(ContactGenerator, LeavesOutOnlyWhatDoesNotMatterForAnApproach) {
+  using contact_internal::ExpectedApproach;
+  ContactWorkspace workspace;
+  std::vector<ContactPoint> kept;
+  int missing = 0, shared = 0;
+  for (std::uint64_t seed = 500000; seed < 503000 && !HasFailure(); ++seed) {
+    SCOPED_TRACE(::testing::Message() << "seed " << seed);
+    std::mt19937_64 random(seed);
+    const RandomPair pair = random_pair({}, random);
+    const Scalar length = 0.3 * pair.scale;
+    ExpectedApproach approach{.least = random_number(0, 0.5, random) * pair.reach,
+                              .reach = pair.reach,
+                              .slack = random_number(0, 0.1, random) * pair.reach,
+                              .v_W = random_vector(length, random),
+                              .w_W = random_vector(0.3, random),
+                              .origin_W = pair.X_WB.translation() + random_vector(length, random)};
+    const std::vector<ContactPoint> all =
+        generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach);
+    {
+      const contact_internal::UseOfApproach use(workspace, approach);
+      generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach, {}, workspace, kept);
+    }
+    const auto place = [](const ContactPoint& x, const ContactPoint& y) {
+      return (x.p_WCa - y.p_WCa).norm() + (x.p_WCb - y.p_WCb).norm();
+    };
+    const Scalar same = 0.01 * pair.reach;
+    for (const ContactPoint& contact : kept) {
+      EXPECT_TRUE(std::any_of(all.begin(), all.end(),
+                              [&](const auto& other) { return place(contact, other) <= same; }));
+    }
+    const Scalar least = approach.least + approach.slack - 1e-9 * pair.scale;
+    for (const ContactPoint& contact : all) {
+      const bool is_kept = std::any_of(kept.begin(), kept.end(), [&](const auto& other) {
+        return other.key == contact.key || place(contact, other) <= same;
+      });
+      ++(is_kept ? shared : missing);
+      if (is_kept) continue;
+      const Vector3 step = approach.v_W + approach.w_W.cross(contact.p_WCb - approach.origin_W);
+      for (const Scalar part : {0.0, 0.25, 0.5, 0.75, 1.0}) {
+        EXPECT_GT((contact.p_WCb + part * step - contact.p_WCa).norm(), least) << part;
+      }
+    }
+  }
+  EXPECT_GT(missing, 500);
+  EXPECT_GT(shared, 500);
 }
 
 TEST(ContactGenerator, DoesSoAtAnyScale) {
