@@ -25,9 +25,9 @@ constexpr Scalar kMostSurprise = 2;
 // faster for what this one has learnt.
 constexpr std::int64_t kSearchWork = 250;
 
-// A search that takes more pieces than this makes the reach of the next ones smaller beyond the rest
-// gap, by at most so much at once, down to a part; one that takes fewer, larger. Between fine meshes
-// each piece of surface adds hundreds of pairs that hardly ever matter. With no reach at all, tools
+// A search that takes more pieces than this makes the reach of the next ones beyond the rest gap
+// smaller, by at most so much at once, down to a part; one that takes fewer, larger. Between fine
+// meshes each bit of reach adds hundreds of pairs that hardly ever matter. With none at all, tools
 // stop at contacts that only the proof finds.
 constexpr Scalar kUsualSearch = 300;
 constexpr Scalar kFastestShrink = 0.5;
@@ -114,6 +114,11 @@ void ActiveContacts::adapt_reach(std::int64_t pieces) {
   reach_part_ = std::clamp(change * reach_part_, kLeastReachPart, Scalar{1});
 }
 
+// What is at most so far away is looked for, besides what comes nearer.
+Scalar ActiveContacts::least_reach(const Obstacle& obstacle, Scalar part) const {
+  return obstacle.margin + (1 + part * kReach) * scene_.options.rest_offset;
+}
+
 // A search that is cut off would be so again in the next tick, before the tool has moved: the next
 // tick goes on with what is known.
 void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar duration,
@@ -126,19 +131,21 @@ void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar 
   for (ProxyPair& pair : proofs.pairs()) {
     const Obstacle& obstacle = *scene_.obstacles[pair.obstacle];
     if (!obstacle.is_hard() || pair.is_overlapping) continue;
-    const Scalar least_reach =
-        obstacle.margin + (1 + course.pace * reach_part_ * kReach) * scene_.options.rest_offset;
     const Scalar most_moved = kMostReach * scene_.options.rest_offset;
-    if (pair.distance.lower > least_reach + most_moved) continue;
+    if (pair.distance.lower > least_reach(obstacle, course.pace) + most_moved) continue;
     if (clock.is_over()) return keep_found(course, proofs);
     const auto other = scene_.body_of(pair.obstacle);
-    const Scalar moved = likely_step(course, scene_.bodies[pair.body], motion, duration) +
-                         (other ? likely_step(course, scene_.bodies[*other], motion, duration)
-                                : obstacle.speed() * duration);
-    const Scalar reach = least_reach + std::min(moved, most_moved);
+    const Scalar moved = std::min(
+        most_moved, likely_step(course, scene_.bodies[pair.body], motion, duration) +
+                        (other ? likely_step(course, scene_.bodies[*other], motion, duration)
+                               : obstacle.speed() * duration));
+    // A long step needs all of it.
+    const Scalar part = std::max(reach_part_, moved / most_moved);
+    const Scalar least = least_reach(obstacle, part * course.pace);
+    const Scalar reach = least + moved;
     if (pair.distance.lower > reach) continue;
     const std::size_t first = found_.size();
-    ExpectedApproach approach{.least = least_reach, .reach = reach};
+    ExpectedApproach approach{.least = least, .reach = reach};
     expect(course, pair, duration, approach);
     // How the other tool goes on is not in it.
     if (other) approach.least = reach;
@@ -249,7 +256,7 @@ void ActiveContacts::expect(const Course& course, const ProxyPair& pair, Scalar 
       size_of(course, body,
               scaled(difference(course.rate[tool], course.rate_before[tool]), duration)) +
       scene_.obstacles[pair.obstacle]->speed() * duration;
-  approach.slack = std::min(surprise, reach_part_ * kMostSurprise * scene_.options.rest_offset);
+  approach.slack = std::min(surprise, kMostSurprise * scene_.options.rest_offset);
   approach.radius = body.shape->bounding_radius();
 }
 
@@ -491,6 +498,7 @@ Scalar ActiveContacts::trocar_part(const ToolPoses& from, const ToolSteps& steps
 }
 
 void ActiveContacts::add_hit(const HoldPoint& hit) {
+  reach_part_ = 1;  // what a search misses costs another solve and proof
   const Scalar apart = kSamePlace * scene_.options.rest_offset;
   for (HoldPoint& hold : holds_) {
     if (!is_same_place(hold, hit, apart, kSameHit)) continue;

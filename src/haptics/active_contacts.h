@@ -92,6 +92,7 @@ class ActiveContacts {
   void expect(const Course& course, const ProxyPair& pair, Scalar duration,
               ExpectedApproach& approach) const;
   void adapt_reach(std::int64_t pieces);
+  Scalar least_reach(const Obstacle& obstacle, Scalar part) const;
   void carry(const Course& course, const PairProofs& proofs);
   void keep_found(const Course& course, const PairProofs& proofs);
   void add_if_new(const HoldPoint& hold);

@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numbers>
 
 #include "dyop/distance/distance.h"
+#include "dyop/geometry/primitives.h"
 #include "dyop/haptics/haptic_session.h"
 #include "haptics/work_clock.h"
 #include "support/inputs/haptic_scenes.h"
@@ -88,6 +91,27 @@ struct Jumps {
   HapticOptions options;
 };
 
+// Facets that touch a cylinder of this radius about z from outside.
+testing::MeshArrays bore(Scalar radius, Scalar half_length, int around, int along) {
+  testing::MeshArrays arrays;
+  const Scalar corner = radius / std::cos(std::numbers::pi / around);
+  for (int k = 0; k <= along; ++k) {
+    for (int i = 0; i < around; ++i) {
+      const Scalar turn = 2 * std::numbers::pi * i / around;
+      arrays.vertices.emplace_back(corner * std::cos(turn), corner * std::sin(turn),
+                                   half_length * (2.0 * k / along - 1));
+    }
+  }
+  for (std::int32_t k = 0; k < along; ++k) {
+    for (std::int32_t i = 0; i < around; ++i) {
+      const std::int32_t a = k * around + i, b = k * around + (i + 1) % around;
+      arrays.triangles.push_back({a, b + around, b});
+      arrays.triangles.push_back({a, a + around, b + around});
+    }
+  }
+  return arrays;
+}
+
 TEST(WorkLimit, CutsOffAtTheSamePlaceInEveryRunAndStaysSafe) {
   const Jumps jumps(150);
   HapticSession session(jumps.scene, jumps.options), again(jumps.scene, jumps.options),
@@ -156,6 +180,29 @@ TEST(WorkLimit, AStabIntoManyTrianglesIsHeldAndComesToRest) {
       distance(tissue, RigidPose(), *scene.tool[0].shape, session.last().tool.X_WT);
   EXPECT_GT(gap.lower, options.rest_offset / 2);
   EXPECT_LT(gap.upper, 2 * options.rest_offset);
+}
+
+// A frictionless shaft in a bore of 64 x 80 facets has thousands of triangles within reach. No tick is
+// cut off, and it comes to rest at the point of the polygon of play that is nearest to the device.
+TEST(WorkLimit, AShaftInAFinelyMeshedBoreIsSolvedInEveryTick) {
+  constexpr int kAround = 64, kAlong = 80;
+  constexpr Scalar kPlay = 0.05;
+  const HapticOptions options = testing::haptic_options();
+  HapticScene scene;
+  scene.tool.push_back({std::make_shared<Capsule>(2 - kPlay, 15), RigidPose()});
+  scene.obstacles.push_back(
+      testing::rigid_tissue(testing::shared_mesh(bore(2, 10, kAround, kAlong))));
+  HapticSession session(scene, options);
+  // Towards the middle of a facet.
+  const Scalar turn = 2 * std::numbers::pi * 5.5 / kAround;
+  const Vector3 away(std::cos(turn), std::sin(turn), 0);
+  for (int k = 0; k < 300; ++k) {
+    session.update(device_at(std::min(1.0, 0.05 * k) * away), kMillisecond);
+    EXPECT_NE(session.last().status, HapticStatus::Deadline) << k;
+  }
+  const Vector3 rest = (kPlay - options.rest_offset) * away;
+  EXPECT_LE((session.last().tool.X_WT.translation() - rest).norm(), 0.01 * options.rest_offset);
+  EXPECT_LT(session.last().statistics.work, 3000);
 }
 
 TEST(WorkLimit, RefusesTooLittle) {

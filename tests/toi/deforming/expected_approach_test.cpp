@@ -64,6 +64,24 @@ TEST(ExpectedApproach, TheNeededGapIsUsedUpByTheCornerThatClosesMost) {
   EXPECT_LT(receding, 700);
 }
 
+// What is needed of a whole body bounds what is needed of its boxes, and is reached by a box that
+// touches the ball around it where it closes in most.
+TEST(ExpectedApproach, TheNeededGapOfABodyIsThatOfTheWorstBoxInIt) {
+  std::mt19937_64 random(3);
+  for (int k = 0; k < 1000; ++k) {
+    ExpectedApproach approach = random_approach(random);
+    OrientedBox box = random_box(random);
+    approach.radius = (box.center - approach.origin_W).norm() + box.half_extents.norm();
+    const Vector3 n_W = testing::random_direction(random);
+    EXPECT_GE(approach.needed_gap(n_W) + kApproachNoise, approach.needed_gap(n_W, box)) << k;
+    EXPECT_GE(approach.largest_needed_gap() + kApproachNoise, approach.needed_gap(n_W)) << k;
+    const Vector3 m_W = n_W.cross(approach.w_W).normalized();
+    box.center = approach.origin_W - approach.radius * m_W;
+    box.half_extents.setZero();
+    EXPECT_NEAR(approach.needed_gap(n_W), approach.needed_gap(n_W, box), kApproachNoise) << k;
+  }
+}
+
 TEST(ExpectedApproach, NothingBeyondItsReachMatters) {
   std::mt19937_64 random(2);
   ExpectedApproach approach = random_approach(random);
