@@ -172,6 +172,10 @@ mistake ends_of_ticks_not_compared src/check/trusted/haptic_recording.cpp check 
   'throw BadFile("tick " + std::to_string(numbers[k]) + " ends elsewhere than its motions");' 'continue;'
 mistake any_recovery_allowed src/check/laws/laws.cpp check '*' \
   'return kLevers * gaps + joints;' 'return kInfinity;'
+mistake approach_goes_backwards src/contact/generation/contact_search.cpp contact '*ForAnApproach' \
+  'approach_A.v_W = X_AW' 'approach_A.v_W = -1 * X_AW'
+mistake turn_of_an_approach_forgotten src/toi/deforming/expected_approach.h toi 'ExpectedApproach*' \
+  '+ n_W.cross(w_W).norm() * radius' '+ 0 * radius'
 mistake recovery_needed_by_none src/check/laws/laws.cpp check '*' \
   'return kLevers * gaps + joints;' 'return kLevers * gaps;'
 mistake broken_joint_forgotten src/io/record/recording_writer.cpp check '*' \
