@@ -95,6 +95,37 @@ TEST(BodyMatrix, SolvesAsTheDenseMatrixDoes) {
   }
 }
 
+// Few rows, ten orders of magnitude stiffer than the bodies: what is soft keeps its digits. Products
+// with the inverse of a diagonal block would leave some 1e-10 of the matrix.
+TEST(BodyMatrix, KeepsSoftDirectionsBesideStiffOnes) {
+  std::mt19937_64 random(32);
+  for (int i = 0; i < 200; ++i) {
+    testing::RandomContacts wanted;
+    wanted.bodies = 2 + random_index(10, random);
+    wanted.contacts = wanted.bodies;
+    ContactSystem system;
+    system.build(testing::random_contact_problem(wanted, random));
+    const bool is_symmetric = i % 2 == 0;
+    BodyMatrix matrix;
+    matrix.analyse(system);
+    matrix.reset(is_symmetric);
+    std::vector<Matrix3> D;
+    for (const Block& block : system.blocks()) {
+      D.push_back(1e10 / block.weight * random_matrix(is_symmetric, random));
+    }
+    for (std::size_t k = 0; k < D.size(); ++k) matrix.add(system, k, D[k]);
+    const Eigen::MatrixXd H = dense_matrix(system, D);
+    ASSERT_TRUE(matrix.factorise({})) << "problem " << i;
+    std::vector<Vector6> x(system.velocities().size());
+    Eigen::VectorXd b(H.cols()), answer(H.cols());
+    for (Scalar& value : b) value = random_number(-1, 1, random);
+    for (std::size_t k = 0; k < x.size(); ++k) x[k] = b.segment<6>(6 * Eigen::Index(k));
+    matrix.solve(x, {});
+    for (std::size_t k = 0; k < x.size(); ++k) answer.segment<6>(6 * Eigen::Index(k)) = x[k];
+    EXPECT_LE((H * answer - b).norm(), 1e-13 * H.norm() * answer.norm()) << "problem " << i;
+  }
+}
+
 TEST(BodyMatrix, RefusesWhatIsNotPositiveDefinite) {
   ContactSystem system;
   system.build(testing::stack_scene(3));

@@ -19,32 +19,37 @@ namespace {
 constexpr std::size_t kBranchBodies = 100;
 constexpr std::size_t kBranches = 16;
 
-// A = A^-1 by elimination with row pivots. Returns false if a pivot is zero or not finite.
-bool invert(Matrix6& A) {
-  std::array<Eigen::Index, 6> pivots;
+// For A = P^-1 L U with row pivots P: A = L^-1 P and upper = U^-1. Returns false if a pivot is zero
+// or not finite. Both factors rather than A^-1, whose product with a stiff block would lose all
+// digits.
+bool invert_factors(Matrix6& A, Matrix6& upper) {
+  Matrix6 lower = Matrix6::Identity();
   for (Eigen::Index k = 0; k < 6; ++k) {
     Eigen::Index pivot = k;
     for (Eigen::Index i = k + 1; i < 6; ++i) {
       if (std::abs(A(i, k)) > std::abs(A(pivot, k))) pivot = i;
     }
-    pivots[std::size_t(k)] = pivot;
-    if (pivot != k) A.row(k).swap(A.row(pivot));
+    if (pivot != k) {
+      A.row(k).swap(A.row(pivot));
+      lower.row(k).swap(lower.row(pivot));
+    }
     const Scalar inverse = 1 / A(k, k);
     if (!std::isfinite(inverse)) return false;
-    const Vector6 column = A.col(k) * inverse;
-    A.col(k).setZero();
-    A(k, k) = 1;
-    const Eigen::Matrix<Scalar, 1, 6> row = A.row(k);
-    for (Eigen::Index j = 0; j < 6; ++j) {
-      const Scalar scaled = row[j] * inverse;
-      A.col(j) -= column * row[j];
-      A(k, j) = scaled;
+    Vector6 factor = Vector6::Zero();
+    factor.tail(5 - k) = A.col(k).tail(5 - k) * inverse;
+    for (Eigen::Index j = k + 1; j < 6; ++j) A.col(j) -= factor * A(k, j);
+    for (Eigen::Index j = 0; j < 6; ++j) lower.col(j) -= factor * lower(k, j);
+  }
+  upper.setZero();
+  for (Eigen::Index k = 6; k-- > 0;) {
+    upper(k, k) = 1 / A(k, k);
+    for (Eigen::Index j = k + 1; j < 6; ++j) {
+      Scalar sum = 0;
+      for (Eigen::Index i = k + 1; i <= j; ++i) sum += A(k, i) * upper(i, j);
+      upper(k, j) = -sum * upper(k, k);
     }
   }
-  for (Eigen::Index k = 6; k-- > 0;) {
-    const Eigen::Index pivot = pivots[std::size_t(k)];
-    if (pivot != k) A.col(k).swap(A.col(pivot));
-  }
+  A = lower;
   return true;
 }
 
@@ -227,7 +232,10 @@ std::size_t BodyMatrix::entry_of(int row, int column) const {
 
 void BodyMatrix::reset(bool is_symmetric) {
   is_symmetric_ = is_symmetric;
-  if (!is_symmetric) mirrored_.assign(entries_.size(), Matrix6::Zero());
+  if (!is_symmetric) {
+    mirrored_.assign(entries_.size(), Matrix6::Zero());
+    upper_.resize(diagonal_.size());
+  }
   for (Matrix6& block : diagonal_) block.setIdentity();
   for (Matrix6& block : entries_) block.setZero();
 }
@@ -363,16 +371,18 @@ bool BodyMatrix::factorise(const SharedLoops& loops) {
   return true;
 }
 
-// Inverts a column's pivot and divides the entries by it.
+// Inverts the factors of a column's pivot and divides the entries by them.
 bool BodyMatrix::eliminate(std::size_t column) {
   Matrix6& pivot = diagonal_[column];
-  if (!(is_symmetric_ ? invert_factor(pivot) : invert(pivot))) return false;
+  if (!(is_symmetric_ ? invert_factor(pivot) : invert_factors(pivot, upper_[column]))) return false;
   for (std::size_t e = first_[column]; e < first_[column + 1]; ++e) {
     const Matrix6 entry = entries_[e];
     if (is_symmetric_) {
       entries_[e].noalias() = entry.lazyProduct(pivot.transpose());
     } else {
-      entries_[e].noalias() = entry.lazyProduct(pivot);
+      const Matrix6 mirrored = mirrored_[e];
+      entries_[e].noalias() = entry.lazyProduct(upper_[column]);
+      mirrored_[e].noalias() = pivot.lazyProduct(mirrored);
     }
   }
   return true;
@@ -426,7 +436,7 @@ bool BodyMatrix::eliminate_top_column(std::size_t column, const SharedLoops& loo
 // Columns from `begin` on, and their part in rows before `end`.
 void BodyMatrix::solve_forward(std::size_t begin, std::size_t end) {
   for (std::size_t j = begin; j < end; ++j) {
-    const Vector6 here = is_symmetric_ ? Vector6(diagonal_[j] * x_[j]) : x_[j];
+    const Vector6 here = diagonal_[j] * x_[j];
     x_[j] = here;
     for (std::size_t e = first_[j]; e < first_[j + 1] && std::size_t(rows_[e]) < end; ++e) {
       x_[std::size_t(rows_[e])].noalias() -= entries_[e] * here;
@@ -448,7 +458,7 @@ void BodyMatrix::solve_back(std::size_t begin, std::size_t end) {
     if (is_symmetric_) {
       x_[j].noalias() = diagonal_[j].transpose() * here;
     } else {
-      x_[j].noalias() = diagonal_[j] * here;
+      x_[j].noalias() = upper_[j] * here;
     }
   }
 }

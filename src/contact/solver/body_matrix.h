@@ -87,7 +87,8 @@ class BodyMatrix {
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> top_rows_;
   std::vector<Matrix6> entries_;   // below the diagonal
   std::vector<Matrix6> mirrored_;  // above it, mirrored; general matrices only
-  std::vector<Matrix6> diagonal_;  // after factorise(): inverses (of L's blocks if symmetric)
+  std::vector<Matrix6> diagonal_;  // after factorise(): inverses of L's blocks
+  std::vector<Matrix6> upper_;     // and of U's; general matrices only
   bool is_symmetric_ = true;
   std::vector<Mixed> mixed_;
   std::vector<Vector6> x_;
