@@ -21,22 +21,28 @@ using dyop::testing::pile_scene;
 using dyop::testing::random_direction;
 using dyop::testing::random_index;
 using dyop::testing::random_number;
+using dyop::testing::random_vector;
 using dyop::testing::stack_scene;
 using dyop::testing::wall_scene;
 
 constexpr Scalar kTolerance = 1e-9;
 
-ContactReport rest(ContactProblem& problem, Scalar tolerance = kTolerance) {
+ContactReport improve(ContactProblem& problem, Scalar tolerance,
+                      InteriorPointSolver::Sliding sliding) {
   ContactSystem system;
   system.build(problem);
   InteriorPointSolver solver;
   ContactReport report;
   ContactSolverOptions options;
   options.tolerance = tolerance;
-  solver.improve(system, options, report);
+  solver.improve(system, options, report, sliding);
   report.residual = system.residual();
   system.write(problem);
   return report;
+}
+
+ContactReport rest(ContactProblem& problem, Scalar tolerance = kTolerance) {
+  return improve(problem, tolerance, InteriorPointSolver::Sliding::None);
 }
 
 // From nothing, in hardly more factorisations for a pile than for a stack. Recorded: 6 to 14.
@@ -208,6 +214,70 @@ TEST(InteriorPointSolver, KeepsTheLawsOfRandomRows) {
     EXPECT_EQ(broken_contact_law(problem, 1.001 * kTolerance * length), "");
   }
   EXPECT_GT(solved, kProblems * 9 / 10);
+}
+
+// Rows between any two bodies: equations, limits, and motors that may be too weak.
+void tie_at_random(ContactProblem& problem, std::mt19937_64& random) {
+  const int count = int(problem.bodies.size());
+  for (int k = 0; k < count; ++k) {
+    const int a = random_index(count, random), b = random_index(count, random);
+    if (a == b) continue;
+    JointRow& row = add_row(problem, std::size_t(a), std::size_t(b), random_direction(random));
+    row.j_bw_W = random_vector(1, random);
+    if (k % 3 == 1) row.lower = 0;
+    if (k % 3 != 2) continue;
+    row.target = random_number(-1, 1, random);
+    row.upper = random_number(0, 1, random);
+    row.lower = -random_number(0, 1, random);
+  }
+}
+
+int sliding_contacts(const ContactProblem& problem) {
+  int count = 0;
+  for (const PointContact& contact : problem.contacts) {
+    const Scalar normal = contact.nhat_AB_W.dot(contact.impulse_W);
+    const Scalar tangential = (contact.impulse_W - normal * contact.nhat_AB_W).norm();
+    count += normal > 1e-3 && tangential > (1 - 1e-6) * contact.friction * normal;
+  }
+  return count;
+}
+
+// Bodies thrown at random, tied by rows, in units from 1e-4 to 1e4, most of which slide: the laws hold,
+// as an oracle says that shares no code. Recorded: 399 of 400, by 16 factorisations each.
+TEST(InteriorPointSolver, SolvesWhatSlides) {
+  std::mt19937_64 random(33);
+  int solved = 0, sliding = 0, factorisations = 0;
+  constexpr int kProblems = 400;
+  for (int i = 0; i < kProblems; ++i) {
+    SCOPED_TRACE(i);
+    testing::RandomContacts wanted;
+    wanted.bodies = 1 + random_index(8, random);
+    wanted.contacts = 2 * wanted.bodies;
+    ContactProblem problem = testing::random_contact_problem(wanted, random);
+    tie_at_random(problem, random);
+    const Scalar length = std::pow(10, i % 5 * 2 - 4);
+    problem = in_other_units(problem, length);
+    for (JointRow& row : problem.rows) {
+      row.j_bw_W *= length;
+      row.target *= length;
+      row.lower *= std::pow(length, 4);
+      row.upper *= std::pow(length, 4);
+    }
+    const Scalar tolerance = kTolerance * length;
+    const ContactReport report = improve(problem, tolerance, InteriorPointSolver::Sliding::Any);
+    factorisations += report.newton_iterations;
+    EXPECT_LE(dyop::testing::momentum_error(problem), 1e-9);
+    if (report.residual > tolerance) continue;
+    ++solved;
+    sliding += sliding_contacts(problem) > 0;
+    EXPECT_LE(dyop::testing::contact_residual(problem), 1.001 * tolerance);
+    EXPECT_EQ(broken_contact_law(problem, 1.001 * tolerance), "");
+  }
+  std::printf("solved %d of %d, %d slide, %d factorisations\n", solved, kProblems, sliding,
+              factorisations);
+  EXPECT_GT(solved, kProblems * 9 / 10);
+  EXPECT_GT(sliding, kProblems / 2);
+  EXPECT_LE(factorisations, 20 * kProblems);
 }
 
 }  // namespace

@@ -94,6 +94,11 @@ constexpr Scalar kRestingPart = 3e-5;  // literal: a ratio of residuals
 // by measurement.
 constexpr std::size_t kNewtonBodies = 300;
 
+// Factorisations of Newton's before interior points are tried: from a good start it needs no more.
+// With joints, where of several answers Newton's is the one that shares loads evenly, it has more.
+constexpr int kFirstNewton = 6;
+constexpr int kFirstNewtonOfJoints = 25;
+
 void keep(const contact_internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   lambda.clear();
   for (const contact_internal::Block& block : system.blocks()) lambda.push_back(block.lambda);
@@ -133,6 +138,7 @@ Scalar ContactCascade::run_round(contact_internal::ContactSystem& system, Scalar
 
 void ContactCascade::improve(contact_internal::ContactSystem& system,
                              const ContactSolverOptions& options, ContactReport& report) {
+  using contact_internal::InteriorPointSolver;
   order_ = {&gauss_seidel_, &newton_, &admm_};
   Scalar best = system.residual();
   if (best <= options.tolerance) return;  // at rest, the warm start already solves it
@@ -146,10 +152,25 @@ void ContactCascade::improve(contact_internal::ContactSystem& system,
       return;
     }
   }
+  const bool is_medium = system.velocities().size() <= kNewtonBodies;
+  if (is_medium && system.has_contacts() && options.newton_limit > 0) {
+    ContactSolverOptions first = options;
+    const bool has_joints = system.blocks().front().kind == contact_internal::BlockKind::Row;
+    first.newton_limit =
+        std::min(options.newton_limit, has_joints ? kFirstNewtonOfJoints : kFirstNewton);
+    ContactSolver& newton = newton_;
+    newton.improve(system, first, report);
+    report.solver = newton.name();
+    if (system.residual() > options.tolerance && !system.has_turning()) {
+      interior_->improve(system, options, report, InteriorPointSolver::Sliding::Any);
+      report.solver = "interior points";
+    }
+    best = system.residual();
+    if (best <= options.tolerance || is_over(options.interrupt)) return;
+  }
   // Joints alone are solved at once by Gauss-Seidel, and with large ratios of masses slowly by
   // Newton. Large problems cost Newton more than linearly.
   const bool starts_well = best <= kContactGoodStart * without_impulses;
-  const bool is_medium = system.velocities().size() <= kNewtonBodies;
   if ((starts_well || is_medium) && system.has_contacts()) std::swap(order_[0], order_[1]);
   for (int round = 0; round < options.cascade_rounds; ++round) {
     const Scalar before = std::exchange(best, run_round(system, best, options, report));

@@ -340,6 +340,11 @@ void ContactSystem::update_friction(const ContactProblem& problem) {
   }
 }
 
+bool ContactSystem::has_turning() const {
+  return std::any_of(blocks_.begin(), blocks_.end(),
+                     [](const Block& block) { return block.owner >= 0; });
+}
+
 void ContactSystem::update_velocities() {
   for (Vector6& y : y_) y.setZero();
   add_impulses(y_, [&](std::size_t i) { return blocks_[i].lambda; });

@@ -103,6 +103,8 @@ class ContactSystem {
   const std::vector<Block>& blocks() const { return blocks_; }
   // Or only the rows of joints.
   bool has_contacts() const { return !blocks_.empty() && blocks_.back().kind != BlockKind::Row; }
+  // Rolling or torsional friction.
+  bool has_turning() const;
   std::vector<Vector6>& velocities() { return y_; }  // y, one per movable body
   const std::vector<Vector6>& velocities() const { return y_; }
 

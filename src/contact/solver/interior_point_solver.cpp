@@ -72,6 +72,8 @@ constexpr Scalar kSlidingPart = 0.1;
 // the contradictions of redundant contacts, which Newton resolves better. All found by measurement.
 constexpr Scalar kShortStep = 0.3;
 constexpr Scalar kNearPart = 1e-6;  // literal: a ratio of residuals
+// Limit on Newton's factorisations afterwards: most need a few.
+constexpr int kPolishLimit = 25;
 // Impulses with a larger part of it answer another question, and are a bad start for the others.
 constexpr Scalar kKeptPart = 1e-5;  // literal: a ratio of residuals
 
@@ -129,8 +131,36 @@ void InteriorPointSolver::begin_pair(Pair& pair) const {
   const Vector3 impulse =
       mu > 0 ? Vector3(mu * block.lambda[0], block.lambda[1], block.lambda[2]) : block.lambda;
   pair.impulse = moved_inside(impulse, best_residual_ / block.weight);
-  pair.velocity =
-      moved_inside(pair.scale.cwiseProduct(system_->relative_velocity(block)), best_residual_);
+  Vector3 velocity = pair.scale.cwiseProduct(system_->relative_velocity(block));
+  if (has_shift_) velocity[0] += velocity.tail<2>().norm();
+  pair.velocity = moved_inside(velocity, best_residual_);
+}
+
+// The shift of a scaled velocity is its tangential length, whatever the coefficient.
+void InteriorPointSolver::measure_gap(Pair& pair) const {
+  const Block& block = system_->blocks()[pair.block];
+  pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
+  pair.along.setZero();
+  if (!has_shift_) return;
+  const Scalar sliding = pair.velocity.tail<2>().norm();
+  if (sliding > 0) pair.along = pair.velocity.tail<2>() / sliding;
+  pair.gap[0] += sliding + pair.along.dot(pair.gap.tail<2>());
+}
+
+void InteriorPointSolver::find_way(Pair& pair) const {
+  pair.way = way_to_cone(pair.impulse, pair.impulse_step);
+  if (!has_shift_) {
+    pair.way = std::min(pair.way, way_to_cone(pair.velocity, pair.velocity_step));
+  } else if (pair.room_step() < 0) {
+    pair.way = std::min(pair.way, -pair.room() / pair.room_step());
+  }
+}
+
+void InteriorPointSolver::go(Pair& pair, Scalar step) const {
+  const Scalar room = pair.room() + step * pair.room_step();
+  pair.impulse += step * pair.impulse_step;
+  pair.velocity += step * pair.velocity_step;
+  if (has_shift_) pair.velocity[0] = room + pair.velocity.tail<2>().norm();
 }
 
 void InteriorPointSolver::evaluate() {
@@ -140,7 +170,7 @@ void InteriorPointSolver::evaluate() {
     Pair& pair = pairs_[i];
     Block& block = blocks[pair.block];
     block.lambda = pair.scale.cwiseProduct(pair.impulse);
-    pair.gap = pair.scale.cwiseProduct(block.free + velocity_of(block, y_)) - pair.velocity;
+    measure_gap(pair);
   });
   for (RowBarrier& row : rows_) {
     Block& block = blocks[row.block()];
@@ -181,9 +211,12 @@ bool InteriorPointSolver::factorise() {
     pair.scaling = ConeScaling(pair.velocity, pair.impulse);
     const Matrix3 root = pair.scaling.inverse * pair.scale.asDiagonal();
     pair.stiffness.noalias() = root.transpose() * root;
+    if (!has_shift_) return;
+    const Vector3 by_shift = pair.stiffness.col(0) / pair.scale[0];
+    pair.stiffness.rightCols<2>() += by_shift * pair.along.transpose();
   });
   for (RowBarrier& row : rows_) row.linearise();
-  matrix_.reset();
+  matrix_.reset(!has_shift_);
   const Matrix3 none = Matrix3::Zero();
   matrix_.add_all(*system_, [&](std::size_t i) -> const Matrix3& {
     if (i < rows_.size()) return rows_[i].stiffness();
@@ -215,9 +248,10 @@ void InteriorPointSolver::solve() {
     const ConeScaling& scaling = pair.scaling;
     pair.velocity_step =
         pair.scale.cwiseProduct(velocity_of(system_->blocks()[pair.block], step_)) + pair.gap;
+    const Vector2 sliding = pair.velocity_step.tail<2>() - pair.gap.tail<2>();
+    pair.velocity_step[0] += pair.along.dot(sliding);
     pair.impulse_step = scaling.inverse * (pair.wanted - scaling.inverse * pair.velocity_step);
-    pair.way = std::min(way_to_cone(pair.impulse, pair.impulse_step),
-                        way_to_cone(pair.velocity, pair.velocity_step));
+    find_way(pair);
   });
   longest_step_ = kInfinity;
   for (const Pair& pair : pairs_) longest_step_ = std::min(longest_step_, pair.way);
@@ -257,14 +291,16 @@ void InteriorPointSolver::predict_and_correct() {
 }
 
 bool InteriorPointSolver::keeps_going(Scalar before, Scalar step) const {
+  if (has_shift_) return std::isfinite(residual_);
   if (!(held_residual_ > kSlidingPart * residual_)) return false;  // also NaN
   if (held_residual_ > kNearPart * system_->residual_without_impulses()) return true;
   return step > kShortStep || held_residual_ < before / 2;
 }
 
 void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOptions& options,
-                                  ContactReport& report) {
+                                  ContactReport& report, Sliding sliding) {
   if (options.newton_limit == 0 || system.blocks().empty()) return;
+  has_shift_ = sliding == Sliding::Any;
   begin(system);
   Scalar step = 1;
   Scalar before = kInfinity;
@@ -283,27 +319,38 @@ void InteriorPointSolver::improve(ContactSystem& system, const ContactSolverOpti
     const Scalar done = first_product > 0 ? 1 - product_ / first_product : 1;
     const Scalar part = std::clamp(done, kNearlyAll, kAllButAll);
     step = std::min(part * longest_step_, Scalar{1});
-    system.loops().each(pairs_.size(), [&](std::size_t k) {
-      pairs_[k].impulse += step * pairs_[k].impulse_step;
-      pairs_[k].velocity += step * pairs_[k].velocity_step;
-    });
+    system.loops().each(pairs_.size(), [&](std::size_t k) { go(pairs_[k], step); });
     for (RowBarrier& row : rows_) row.go(step);
     for (std::size_t k = 0; k < y_.size(); ++k) y_[k] += step * step_[k];
   }
-  const bool is_near = best_residual_ <= kKeptPart * system.residual_without_impulses();
-  const std::vector<Vector3>& kept = is_near ? best_lambda_ : start_lambda_;
-  for (std::size_t i = 0; i < kept.size(); ++i) system.blocks()[i].lambda = kept[i];
-  for (Block& block : system.blocks()) {
+  put_back(has_shift_ || best_residual_ <= kKeptPart * system.residual_without_impulses());
+  if (has_shift_ && best_residual_ > options.tolerance) polish(options, report);
+}
+
+void InteriorPointSolver::polish(const ContactSolverOptions& options, ContactReport& report) {
+  const Scalar before = system_->residual();
+  report.newton_iterations +=
+      newton_.polish(*system_, options, std::min(options.newton_limit, kPolishLimit));
+  if (system_->residual() < before) return;
+  put_back(true);
+}
+
+// Puts the best impulses, or those of the start, into the system, within their bounds.
+void InteriorPointSolver::put_back(bool is_kept) {
+  const std::vector<Vector3>& kept = is_kept ? best_lambda_ : start_lambda_;
+  std::vector<Block>& blocks = system_->blocks();
+  for (std::size_t i = 0; i < kept.size(); ++i) blocks[i].lambda = kept[i];
+  for (Block& block : blocks) {
     if (block.owner < 0) continue;
-    const Scalar bound = system.blocks()[std::size_t(block.owner)].lambda[0];
+    const Scalar bound = blocks[std::size_t(block.owner)].lambda[0];
     block.lambda = project(block, block.lambda, bound);
   }
   // An impulse between two bounds may have been rounded beyond one.
   for (const RowBarrier& row : rows_) {
-    Block& block = system.blocks()[row.block()];
+    Block& block = blocks[row.block()];
     block.lambda = project(block, block.lambda, 0);
   }
-  system.update_velocities();
+  system_->update_velocities();
 }
 
 }  // namespace dyop::contact_internal

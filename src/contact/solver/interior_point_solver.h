@@ -5,6 +5,7 @@
 
 #include "contact/solver/body_matrix.h"
 #include "contact/solver/contact_system.h"
+#include "contact/solver/nonsmooth_newton.h"
 #include "contact/solver/row_barrier.h"
 #include "dyop/contact/contact_solver.h"
 #include "dyop/core/types.h"
@@ -46,11 +47,18 @@ struct ConeScaling {
 // Where bodies rest that is the answer. Where something slides it is not: the run is given up as
 // soon as that shows. Impulses of rolling and torsional friction stay as they are: where bodies
 // rest they are as good as any.
+//
+// Or solves the laws with the shift, which every step linearises: the problem is then not convex and
+// the matrix not symmetric, but nearly always it converges as fast. Newton's method on the laws then
+// finds the digits that rounding hides.
 class InteriorPointSolver {
  public:
-  // Leaves the impulses found in the system if they nearly solve it, else those it had. Counts its
-  // factorisations as Newton's, whose limit it obeys.
-  void improve(ContactSystem& system, const ContactSolverOptions& options, ContactReport& report);
+  enum class Sliding { None, Any };
+
+  // Leaves the impulses found in the system if they are good enough to go on from, else those it
+  // had. Counts its factorisations as Newton's, whose limit it obeys.
+  void improve(ContactSystem& system, const ContactSolverOptions& options, ContactReport& report,
+               Sliding sliding = Sliding::None);
 
  private:
   // State of one contact. Scaled by the coefficient, impulses and velocities are both in the same
@@ -60,17 +68,26 @@ class InteriorPointSolver {
     Vector3 scale;              // velocity = scale * u, lambda = scale * impulse, by component
     Vector3 impulse, velocity;  // inside the cone
     Vector3 gap;                // what the velocity lacks to be that of y
+    Vector2 along;              // direction of the sliding velocity; zero without shift
     Vector3 wanted;             // change of the scaled product of impulse and velocity
     Vector3 impulse_step, velocity_step;
     Scalar way;  // that these may go until an edge of a cone
     ConeScaling scaling;
     Matrix3 stiffness;  // minus what impulses change per change of u
+
+    // With the shift, velocity[0] is room + |velocity's tangential part|: the room, which belongs to
+    // the normal velocity, changes linearly with u, the length does not.
+    Scalar room() const { return velocity[0] - velocity.tail<2>().norm(); }
+    Scalar room_step() const { return velocity_step[0] - along.dot(velocity_step.tail<2>()); }
   };
   static constexpr std::size_t kNoPair = std::size_t(-1);
 
   void list_pairs();
   void begin(ContactSystem& system);
   void begin_pair(Pair& pair) const;
+  void measure_gap(Pair& pair) const;
+  void find_way(Pair& pair) const;
+  void go(Pair& pair, Scalar step) const;
   // Updates gaps and the mean product, and puts the impulses into the system.
   void evaluate();
   void measure();
@@ -78,9 +95,13 @@ class InteriorPointSolver {
   void solve();
   void predict_and_correct();
   bool keeps_going(Scalar before, Scalar step) const;
+  void put_back(bool is_kept);
+  void polish(const ContactSolverOptions& options, ContactReport& report);
 
   ContactSystem* system_ = nullptr;
+  bool has_shift_ = false;
   BodyMatrix matrix_;
+  NonsmoothNewton newton_;
   std::vector<Pair> pairs_;                          // of contacts
   std::vector<std::size_t> pair_of_block_;           // or kNoPair
   std::vector<RowBarrier> rows_;                     // of joints: the first blocks

@@ -17,6 +17,7 @@ constexpr Scalar kStepSize = 5;
 // singular without it. Ten times larger or smaller at first, fewer problems are solved.
 constexpr Scalar kSoftness = 1e-3;
 constexpr Scalar kLeastSoftness = 1e-7;  // literal: far above rounding
+constexpr Scalar kPolishSoftness = 1e-5;
 // From the third step on, an error that hardly changes means that redundant contacts which contradict
 // one another pass their load on little by little: so many times stiffer, they do it sooner.
 constexpr int kFirstSteps = 2;
@@ -39,8 +40,6 @@ void NonsmoothNewton::begin(ContactSystem& system) {
   y_step_.resize(system.velocities().size());
   matrix_.analyse(system);
   system.update_velocities();
-  softness_ = kSoftness;
-  shares_loads_ = !system.blocks().empty() && system.blocks().front().kind == BlockKind::Row;
   least_error_ = kInfinity;
   evaluate();
 }
@@ -177,7 +176,20 @@ bool NonsmoothNewton::settle(Scalar tolerance) {
 }
 
 int NonsmoothNewton::run(ContactSystem& system, const ContactSolverOptions& options, int limit) {
+  softness_ = kSoftness;
+  shares_loads_ = !system.blocks().empty() && system.blocks().front().kind == BlockKind::Row;
   begin(system);
+  return iterate(options, limit);
+}
+
+int NonsmoothNewton::polish(ContactSystem& system, const ContactSolverOptions& options, int limit) {
+  softness_ = kPolishSoftness;
+  shares_loads_ = false;
+  begin(system);
+  return iterate(options, limit);
+}
+
+int NonsmoothNewton::iterate(const ContactSolverOptions& options, int limit) {
   Progress progress(least_error_, kPatience);
   limit = std::min(limit, kLimit);
   int used = 0;
@@ -193,7 +205,7 @@ int NonsmoothNewton::run(ContactSystem& system, const ContactSolverOptions& opti
     if (settle(options.tolerance)) return used;
     evaluate();
   }
-  for (std::size_t i = 0; i < laws_.size(); ++i) system.blocks()[i].lambda = laws_[i].best;
+  for (std::size_t i = 0; i < laws_.size(); ++i) system_->blocks()[i].lambda = laws_[i].best;
   settle(options.tolerance);
   return used;
 }

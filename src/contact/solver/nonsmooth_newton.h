@@ -24,6 +24,9 @@ class NonsmoothNewton {
   // Improves the impulses in the system, by at most `limit` factorisations. Returns how many it took.
   int run(ContactSystem& system, const ContactSolverOptions& options, int limit);
 
+  // The same from impulses that nearly solve the problem: even with joints, steps stay near them.
+  int polish(ContactSystem& system, const ContactSolverOptions& options, int limit);
+
  private:
   // One block. Between its steps, impulses may be outside their cones.
   struct Law {
@@ -38,6 +41,7 @@ class NonsmoothNewton {
   };
 
   void begin(ContactSystem& system);
+  int iterate(const ContactSolverOptions& options, int limit);
   void evaluate();
   Scalar measure(std::size_t i);
   void assemble();
