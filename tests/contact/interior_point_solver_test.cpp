@@ -273,8 +273,6 @@ TEST(InteriorPointSolver, SolvesWhatSlides) {
     EXPECT_LE(dyop::testing::contact_residual(problem), 1.001 * tolerance);
     EXPECT_EQ(broken_contact_law(problem, 1.001 * tolerance), "");
   }
-  std::printf("solved %d of %d, %d slide, %d factorisations\n", solved, kProblems, sliding,
-              factorisations);
   EXPECT_GT(solved, kProblems * 9 / 10);
   EXPECT_GT(sliding, kProblems / 2);
   EXPECT_LE(factorisations, 20 * kProblems);

@@ -97,7 +97,7 @@ constexpr std::size_t kNewtonBodies = 300;
 // Factorisations of Newton's before interior points are tried: from a good start it needs no more.
 // With joints, where of several answers Newton's is the one that shares loads evenly, it has more.
 constexpr int kFirstNewton = 6;
-constexpr int kFirstNewtonOfJoints = 25;
+constexpr int kFirstNewtonOfJoints = 12;
 
 void keep(const contact_internal::ContactSystem& system, std::vector<Vector3>& lambda) {
   lambda.clear();
