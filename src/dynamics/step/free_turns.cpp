@@ -17,13 +17,18 @@ namespace {
 // Radians, times the ratio of the moments of inertia: up to here three terms of a series are enough,
 // to a part of 1e-6 of the turn.
 constexpr Scalar kSmallTurn = 0.03;
+// Radians, times the same ratio, that a body with locked rotations turns in one piece, and the most
+// pieces of a move.
+constexpr Scalar kLockedPiece = 0.2;
+constexpr Scalar kMostLockedPieces = 2000;
 // The solve is repeated if a point of the body would be elsewhere by this part of the rest offset.
 constexpr Scalar kTurnChange = 0.01;
 // Of the energy of a member, in one move.
 constexpr Scalar kMostEnergyChange = 1e-3;
 // Of the energy of an island, in one move.
 constexpr Scalar kMostJointGain = 3e-3;
-// Moves of this part of a step are not shortened for joints.
+// In a move of this part of a step, which is not shortened further for a little.
+constexpr Scalar kMostShortJointGain = 0.5;
 constexpr Scalar kLeastJointedMove = 1.0 / 64;
 
 Scalar kinetic_energy(const BodyRecord& body, const Vector3& v_W, const Matrix3& R_WB,
@@ -70,6 +75,28 @@ Vector3 nearest_branch(const Vector3& theta, const Vector3& guess) {
   return (1 + rounds * kRound / angle) * theta;
 }
 
+// The same for a body with locked rotations, whose L stays as it is about the other axes: steps of
+// fourth order ([Celledoni2003]).
+Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB, const Vector3& L_W,
+                             Scalar tau, const Vector3& w_W) {
+  const Scalar fastest = body.inverse_inertia_B.norm() * L_W.norm();
+  const Scalar pieces = std::ceil(tau * fastest / kLockedPiece);
+  if (!(pieces <= kMostLockedPieces)) return w_W;
+  const Scalar h = tau / pieces;
+  Matrix3 R = R_WB;
+  for (int i = 0; i < int(pieces); ++i) {
+    const Vector3 k_1 = body.angular_velocity(R, L_W);
+    const Matrix3 R_2 = rotation_from_vector(h / 2 * k_1) * R;
+    const Vector3 k_2 = body.angular_velocity(R_2, L_W);
+    const Vector3 k_3 = body.angular_velocity(rotation_from_vector(h / 2 * k_2) * R, L_W);
+    const Vector3 k_4 =
+        body.angular_velocity(rotation_from_vector(h * k_3 - h / 2 * k_1) * R_2, L_W);
+    R = rotation_from_vector(h / 12 * (3 * k_1 + 2 * (k_2 + k_3) - k_4)) * R;
+    R = rotation_from_vector(h / 12 * (3 * k_4 + 2 * (k_2 + k_3) - k_1)) * R;
+  }
+  return nearest_branch(rotation_vector(R * R_WB.transpose()), tau * w_W) / tau;
+}
+
 }  // namespace
 
 Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
@@ -95,25 +122,13 @@ FreeTurns::FreeTurns(const IslandRun& run, Scalar tau)
     : run_(run), tau_(tau), corrections_W_(run.members().size(), Vector3::Zero()) {}
 
 Vector3 FreeTurns::correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const {
+  if (L_W.isZero(0)) return Vector3::Zero();
   const BodyRecord& body = *run_.members()[member].body;
-  if (body.definition.locked.any_rotation() || L_W.isZero(0)) return Vector3::Zero();
   const Matrix3& R = run_.members()[member].state.X_WM.rotation();
-  return mean_free_velocity(body.inverse_inertia_B, R, L_W, tau_, w_W) -
-         body.angular_velocity(R, L_W);
-}
-
-// The velocity in the middle of the move solves w = I(exp(tau w / 2) R)^-1 L.
-void FreeTurns::set_middle_velocity(std::size_t member, const Vector3& L_W,
-                                    ContactBody& body) const {
-  constexpr int kFirstSweeps = 4;
-  const IslandRun::Member& entry = run_.members()[member];
-  const Matrix3& R = entry.state.X_WM.rotation();
-  Vector3 w_W = is_first_ ? entry.body->angular_velocity(R, L_W) : body.w_W;
-  for (int k = 0; k < (is_first_ ? kFirstSweeps : 1); ++k) {
-    body.inverse_inertia_W = entry.body->angular_mobility(rotation_from_vector(tau_ / 2 * w_W) * R);
-    w_W = body.inverse_inertia_W * L_W;
-  }
-  body.free_w_W = w_W;
+  const Vector3 mean_W = body.definition.locked.any_rotation()
+                             ? mean_locked_velocity(body, R, L_W, tau_, w_W)
+                             : mean_free_velocity(body.inverse_inertia_B, R, L_W, tau_, w_W);
+  return mean_W - body.angular_velocity(R, L_W);
 }
 
 void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProblem& problem) {
@@ -121,10 +136,6 @@ void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProb
   for (std::size_t i = 0; i < L_W.size(); ++i) {
     const IslandRun::Member& member = run_.members()[i];
     ContactBody& body = problem.bodies[i];
-    if (member.body->definition.locked.any_rotation()) {
-      set_middle_velocity(i, L_W[i], body);
-      continue;
-    }
     const Matrix3& R = member.state.X_WM.rotation();
     if (is_first_)
       corrections_W_[i] = correction(i, L_W[i], member.body->angular_velocity(R, L_W[i]));
@@ -149,8 +160,7 @@ bool FreeTurns::follow(const SubstepProblem& substep, std::vector<Vector3> L_W) 
 
 bool FreeTurns::joints_add_energy(const SubstepProblem& substep) const {
   const Scalar h = run_.context().h;
-  if (!(tau_ > kLeastJointedMove * h) || !is_held_by_joints_alone(substep)) return false;
-  if (joint_recovery_prevails(substep, tau_)) return false;
+  if (!is_held_by_joints_alone(substep) || joint_recovery_prevails(substep, tau_)) return false;
   Scalar before = 0;
   Scalar after = 0;
   Scalar recovery = 0;  // may be this fast
@@ -164,7 +174,8 @@ bool FreeTurns::joints_add_energy(const SubstepProblem& substep) const {
     after += kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
     recovery += slowly * slowly / (2 * body.inverse_mass);
   }
-  return after - before > kMostJointGain * after + recovery;
+  const Scalar most = tau_ > kLeastJointedMove * h ? kMostJointGain : kMostShortJointGain;
+  return after - before > most * after + recovery;
 }
 
 bool FreeTurns::change_energy(const SubstepProblem& substep) const {

@@ -23,7 +23,7 @@ DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const M
 ///
 /// Each solve uses the mobility at the start of the move, which is exact for impulses across the axis
 /// of a thin body, and corrects the velocity for the turn that the impulses of the last solve lead
-/// to. Bodies with locked rotations turn at their velocity in the middle of the move.
+/// to.
 class FreeTurns {
  public:
   FreeTurns(const IslandRun& run, Scalar tau);
@@ -42,7 +42,6 @@ class FreeTurns {
   bool joints_add_energy(const SubstepProblem& substep) const;
 
  private:
-  void set_middle_velocity(std::size_t member, const Vector3& L_W, ContactBody& body) const;
   Vector3 correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const;
 
   const IslandRun& run_;

@@ -141,6 +141,25 @@ TEST(ThinBodies, AClatteringRodKeepsItsEnergy) {
   }
 }
 
+// What locks an axis does no work, however fast the body turns about the others and its inertia
+// about them changes.
+TEST(ThinBodies, ALockedAxisKeepsTheirEnergy) {
+  std::mt19937_64 random(21);
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(i);
+    World world;
+    BodyDefinition body = thrown(rod(), Vector3::Zero(), 1, 20, Surface{}, random);
+    const auto locked = static_cast<std::size_t>(i % 3);
+    body.locked.rotation[locked] = true;
+    body.initial.twist.w_WB[i % 3] = 0;
+    const BodyId id = world.add_body(body);
+    const Scalar energy = world.kinetic_energy();
+    run_for(world, 1);
+    EXPECT_NEAR(world.kinetic_energy(), energy, 1e-5 * energy);
+    EXPECT_EQ(world.state(id).twist.w_WB[i % 3], 0);
+  }
+}
+
 // Every normal force on a round needle passes through its axis. Its spin once changed by thousands
 // of radians per second.
 TEST(ThinBodies, AFrictionlessNeedleKeepsItsSpin) {
