@@ -56,6 +56,12 @@ mistake free_turn_of_second_order src/dynamics/step/free_turns.cpp dynamics 'Mea
   'tau / 6 * (2 * w_2' 'tau / 6 * (3 * w_2'
 mistake free_turns_not_corrected src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
   '* L_W[i] + corrections_W_[i]' '* L_W[i]'
+mistake sliding_not_linearised src/contact/solver/interior_point_solver.cpp contact 'InteriorPointSolver*' \
+  'rightCols<2>() += by_shift' 'rightCols<2>() += 0 * by_shift'
+mistake best_impulses_not_polished src/contact/solver/interior_point_solver.cpp contact 'InteriorPointSolver*' \
+  'if (has_shift_ && best_residual_ > options.tolerance) polish' 'if (false) polish'
+mistake locked_turn_of_third_order src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
+  '3 * k_4 + 2 * (k_2 + k_3) - k_1' '6 * k_3 + 0 * k_4 + k_1 * 0'
 mistake energy_from_joints_not_noticed src/dynamics/step/free_turns.cpp dynamics 'ThinBodies*' \
   'kMostJointGain * after' '1e3 * after'
 mistake bounced_corner_is_pushed src/dynamics/step/substep.cpp dynamics 'ThinBodies*' \
