@@ -87,7 +87,7 @@ ToiResult answer(const DeformingMesh& a, const TriangleMesh& b, const Motion& X_
   require_defined(X_WB, interval, toi_internal::kMotionOfB);
   take_up(memory, {&a, nullptr, &b, &X_WB, interval, options}, start);
   RigidSide side_b(b, X_WB, interval);
-  return run_search(a, side_b, interval, options, b.size(), memory, start);
+  return run_search(a, side_b, interval, options, toi_internal::size_of(b), memory, start);
 }
 
 }  // namespace
@@ -152,8 +152,8 @@ ToiResult toi_internal::time_of_listed_impact(const DeformingMesh& a, const Defo
   use.memory().subject = {};
   use.memory().is_unfinished = false;
   RigidSide side_b(b, X_WB, interval);
-  ToiResult result =
-      run_search(a, side_b, interval, options, b.size(), use.memory(), Start::Fresh, span, pairs);
+  ToiResult result = run_search(a, side_b, interval, options, toi_internal::size_of(b),
+                                use.memory(), Start::Fresh, span, pairs);
   use.memory().is_unfinished = false;
   return result;
 }

@@ -10,7 +10,7 @@
 namespace dyop {
 
 Scalar default_distance_tolerance(const Shape& a, const Shape& b) {
-  return toi_internal::tolerance_for_sizes(a.size(), b.size());
+  return toi_internal::tolerance_for_sizes(toi_internal::size_of(a), toi_internal::size_of(b));
 }
 
 }  // namespace dyop
@@ -23,6 +23,10 @@ void require_valid_distances(Scalar target_distance, std::optional<Scalar> dista
   DYOP_REQUIRE(!distance_tolerance || (*distance_tolerance > 0 && *distance_tolerance < kInfinity),
                "time_of_impact: distance_tolerance must be finite and > 0, not ",
                *distance_tolerance);
+}
+
+Scalar size_of(const Shape& shape) {
+  return std::min(shape.bounding_radius(), 2 * shape.bounding_box().diagonal().norm());
 }
 
 Scalar tolerance_for_sizes(Scalar a, Scalar b) {

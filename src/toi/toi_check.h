@@ -10,6 +10,11 @@ namespace dyop::toi_internal {
 /// Throws InvalidArgument unless both are in range.
 void require_valid_distances(Scalar target_distance, std::optional<Scalar> distance_tolerance);
 
+/// What the default tolerance of a query with this shape goes by. More than Shape::size(): far from
+/// their frame's origin, as in map coordinates, meshes need it to stay above the rounding of their
+/// poses.
+Scalar size_of(const Shape& shape);
+
 /// default_distance_tolerance() of shapes of these sizes.
 Scalar tolerance_for_sizes(Scalar a, Scalar b);
 

@@ -193,13 +193,16 @@ def signatures(function, name):
 def write_function(out, name, function, indent, is_static=False):
     found = signatures(function, name)
     for arguments, result in found:
+        # Poses are arrays, too: to mypy, what multiplies a pose by a pose also multiplies arrays.
+        is_ambiguous = name == "__mul__" and arguments == "self, _: RigidPose" and len(found) > 1
         if len(found) > 1:
             out.append(f"{indent}@overload")
         if is_static:
             out.append(f"{indent}@staticmethod")
         if name == "__eq__":
             arguments, result = "self, _: object", "bool"
-        out.append(f"{indent}def {name}({arguments}) -> {result}: ...")
+        comment = "  # type: ignore[misc]" if is_ambiguous else ""
+        out.append(f"{indent}def {name}({arguments}) -> {result}: ...{comment}")
 
 
 def property_type(value):

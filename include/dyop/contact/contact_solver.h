@@ -183,13 +183,13 @@ class ContactRestart;
 class InteriorPointSolver;
 }  // namespace contact_internal
 
-/// The default solver: a few steps of Newton, interior points, then Newton, Gauss-Seidel, ADMM, each
-/// from the best answer so far and within its own budget, until one converges; if none does, a second
-/// round of these three. Gauss-Seidel comes first for joints alone, and for many bodies without a
-/// good start, interior points where bodies seem to rest; their factorisations count as Newton's.
-/// What no round solves, and has few contacts, is begun again: by continuation from the problem
-/// without friction, then from random impulses, the same in every run. Returns the answer with the
-/// smallest residual.
+/// The default solver: a few steps of Newton, interior points, then Newton, Gauss-Seidel and ADMM,
+/// each from the best answer so far and within its own budget, until one converges; if none does, a
+/// second round of these three. Gauss-Seidel comes first for joints alone, and for many bodies
+/// without a good start; interior points where bodies seem to rest. Their factorisations count as
+/// Newton's. What no round solves, and has few contacts, is begun again: by continuation from the
+/// problem without friction, then from random impulses, the same in every run. Returns the answer
+/// with the smallest residual.
 class ContactCascade final : public ContactSolver {
  public:
   ContactCascade();

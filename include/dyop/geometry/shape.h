@@ -70,7 +70,7 @@ class Shape {
   /// Largest distance of any point of the shape from the frame's origin, rounded up.
   virtual Scalar bounding_radius() const = 0;
 
-  /// The length that defaults go by: bounding_radius(), but at most half the diagonal of
+  /// The length that defaults of World go by: bounding_radius(), but at most half the diagonal of
   /// bounding_box(), so that a shape far from its frame's origin is no larger for it.
   Scalar size() const;
 

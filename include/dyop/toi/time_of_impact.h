@@ -71,8 +71,8 @@ struct ToiOptions {
   std::stop_token stop = {};
 };
 
-/// The default tolerance of a query: a millionth of the smaller shape's size, or of the larger
-/// one's if the smaller has none. See Shape::size().
+/// The default tolerance of a query: 1e-6 of the size of the smaller shape (the larger, if it has
+/// none), which is its bounding radius, but at most twice the diagonal of its bounding box.
 /// @throws InvalidArgument if both are points, which have no size.
 Scalar default_distance_tolerance(const Shape& a, const Shape& b);
 

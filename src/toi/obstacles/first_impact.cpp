@@ -43,13 +43,13 @@ Rank rank_of(ToiStatus status) {
 
 // At least the default tolerance of the body with any obstacle.
 Scalar largest_default_tolerance(const toi_internal::ObstacleSetData& data, const Shape& body) {
-  if (!as_half_space(body) && body.size() > 0) {
-    return kDefaultRelativeTolerance * body.size();
+  if (!as_half_space(body) && toi_internal::size_of(body) > 0) {
+    return kDefaultRelativeTolerance * toi_internal::size_of(body);
   }
   Scalar largest = 0;
   for (const auto& slot : data.slots) {
     if (!slot.obstacle || as_half_space(*slot.obstacle->shape)) continue;
-    largest = std::max(largest, slot.obstacle->shape->size());
+    largest = std::max(largest, toi_internal::size_of(*slot.obstacle->shape));
   }
   return kDefaultRelativeTolerance * largest;
 }
