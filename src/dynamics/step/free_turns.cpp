@@ -75,8 +75,8 @@ Vector3 nearest_branch(const Vector3& theta, const Vector3& guess) {
   return (1 + rounds * kRound / angle) * theta;
 }
 
-// The same for a body with locked rotations, whose L stays as it is about the other axes: steps of
-// fourth order ([Celledoni2003]).
+// mean_free_velocity() for a body with locked rotations. The locks change L about their own axes only,
+// where it does not count. In steps of fourth order ([Celledoni2003]).
 Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB, const Vector3& L_W,
                              Scalar tau, const Vector3& w_W) {
   const Scalar fastest = body.inverse_inertia_B.norm() * L_W.norm();

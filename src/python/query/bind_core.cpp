@@ -102,6 +102,9 @@ void bind_pose(py::module_& m) {
                                            vector_of(state[1], "translation"));
           }))
       .attr("__hash__") = py::none();
+}
+
+void bind_rotations(py::module_& m) {
   m.def(
       "rotation_from_vector", [](const Vector3& w) { return rotation_from_vector(w); },
       py::arg("w"), "The rotation (3, 3) by |w| radians about w (3,), right-handed.");
@@ -146,6 +149,7 @@ void bind_interval(py::module_& m) {
 void bind_core(py::module_& m) {
   bind_errors(m);
   bind_pose(m);
+  bind_rotations(m);
   bind_interval(m);
   py::class_<std::stop_source>(m, "StopSource",
                                "Asks queries that were given it to stop, from any thread.")
