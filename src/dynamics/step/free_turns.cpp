@@ -23,13 +23,16 @@ constexpr Scalar kLockedPiece = 0.2;
 constexpr Scalar kMostLockedPieces = 2000;
 // The solve is repeated if a point of the body would be elsewhere by this part of the rest offset.
 constexpr Scalar kTurnChange = 0.01;
-// Of the energy of a member, in one move.
+// Of the energy of a member, in one move: by its turn, which should change none. Where joints alone
+// act nothing takes a small gain away again, and rods that spin fast would exchange their spin for
+// other motions; there solves are repeated to the last value.
 constexpr Scalar kMostEnergyChange = 1e-3;
+constexpr Scalar kMostJointedEnergyChange = 1e-6;
+constexpr Scalar kSolvedEnergyChange = 1e-8;
 // Of the energy of an island, in one move.
 constexpr Scalar kMostJointGain = 3e-3;
-// In a move of this part of a step, which is not shortened further for a little.
+// In one that is too short to be shortened for a little.
 constexpr Scalar kMostShortJointGain = 0.5;
-constexpr Scalar kLeastJointedMove = 1.0 / 64;
 
 Scalar kinetic_energy(const BodyRecord& body, const Vector3& v_W, const Matrix3& R_WB,
                       const Vector3& L_W) {
@@ -38,19 +41,17 @@ Scalar kinetic_energy(const BodyRecord& body, const Vector3& v_W, const Matrix3&
 
 // Whether nothing but joints that do no work acts on the members.
 bool is_held_by_joints_alone(const SubstepProblem& substep) {
-  if (substep.rows().empty() || !substep.run().springs().empty()) return false;
-  const ContactProblem& problem = substep.problem();
+  if (!substep.is_held_by_joints() || !substep.run().springs().empty()) return false;
+  const std::vector<ContactBody>& bodies = substep.problem().bodies;
   const std::size_t count = substep.run().members().size();
-  return std::all_of(problem.contacts.begin(), problem.contacts.end(),
-                     [](const PointContact& row) { return row.impulse_W.isZero(0); }) &&
-         std::all_of(
+  return std::all_of(
              substep.rows().begin(), substep.rows().end(),
              [](const SubstepRow& row) {
                const JointEquation& equation = row.equation;
                return equation.kind != JointEquation::Kind::Drive &&
                       (equation.kind != JointEquation::Kind::Motor || equation.row.target == 0);
              }) &&
-         std::all_of(problem.bodies.begin() + std::ptrdiff_t(count), problem.bodies.end(),
+         std::all_of(bodies.begin() + std::ptrdiff_t(count), bodies.end(),
                      [](const ContactBody& support) {
                        return support.v_W.isZero(0) && support.w_W.isZero(0);
                      });
@@ -101,7 +102,7 @@ Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB, const 
 
 Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                            const Vector3& L_W, Scalar tau, const Vector3& w_W) {
-  constexpr int kMostPieces = 100'000;
+  constexpr int kMostPieces = 5000;
   const Vector3 L_B = R_WB.transpose() * L_W;
   if (tau * inverse_inertia_B.norm() * L_B.norm() <= kSmallTurn) {
     return R_WB * small_turn(inverse_inertia_B, L_B, tau) / tau;
@@ -109,8 +110,8 @@ Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB
   Matrix3 R = R_WB;
   Scalar left = tau;
   for (int piece = 0; left > 0; ++piece) {
-    if (piece == kMostPieces) return w_W;
     const TorqueFreeTurn turn(inverse_inertia_B, R.transpose() * L_W);
+    if (piece == kMostPieces || left > kMostPieces * turn.span()) return w_W;
     const Scalar length = std::min(left, turn.span());
     R = R * rotation_from_vector(turn.at(length).theta);
     left -= length;
@@ -147,38 +148,49 @@ void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProb
 
 bool FreeTurns::follow(const SubstepProblem& substep, std::vector<Vector3> L_W) {
   L_W_ = std::move(L_W);
+  const Scalar most_energy = substep.is_held_by_joints() ? kSolvedEnergyChange : kMostEnergyChange;
+  const Scalar slowly = substep.rest_offset() / run_.context().h;
   bool has_changed = false;
   for (std::size_t i = 0; i < L_W_.size(); ++i) {
     const Vector3 before_W = corrections_W_[i];
     corrections_W_[i] = correction(i, L_W_[i], substep.problem().bodies[i].w_W);
-    const Scalar change = tau_ * (corrections_W_[i] - before_W).norm();
-    has_changed = has_changed ||
-                  change * run_.members()[i].body->radius > kTurnChange * substep.rest_offset();
+    const Vector3 change_W = tau_ * (corrections_W_[i] - before_W);
+    const Vector3& w_W = substep.problem().bodies[i].w_W;
+    has_changed =
+        has_changed ||
+        change_W.norm() * run_.members()[i].body->radius > kTurnChange * substep.rest_offset() ||
+        std::abs(change_W.dot(w_W.cross(L_W_[i]))) >
+            most_energy *
+                (w_W.dot(L_W_[i]) + slowly * slowly / run_.members()[i].body->inverse_mass);
   }
   return has_changed;
 }
 
-bool FreeTurns::joints_add_energy(const SubstepProblem& substep) const {
+bool FreeTurns::joints_add_energy(const SubstepProblem& substep, std::span<const Vector3> v_W,
+                                  std::span<const Vector3> L_W,
+                                  std::span<const RigidPose> ends) const {
   const Scalar h = run_.context().h;
-  if (!is_held_by_joints_alone(substep) || joint_recovery_prevails(substep, tau_)) return false;
+  if (!is_held_by_joints_alone(substep)) return false;
   Scalar before = 0;
   Scalar after = 0;
   Scalar recovery = 0;  // may be this fast
   const Scalar slowly = substep.rest_offset() / h;
-  for (std::size_t i = 0; i < L_W_.size(); ++i) {
+  for (std::size_t i = 0; i < L_W.size(); ++i) {
     const BodyRecord& body = *run_.members()[i].body;
-    const ContactBody& moved = substep.problem().bodies[i];
     const Matrix3& R = run_.members()[i].state.X_WM.rotation();
-    const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
-    before += kinetic_energy(body, moved.free_v_W, R, free_L_W_[i]);
-    after += kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
+    before += kinetic_energy(body, substep.problem().bodies[i].free_v_W, R, free_L_W_[i]);
+    after += kinetic_energy(body, v_W[i], ends[i].rotation(), L_W[i]);
     recovery += slowly * slowly / (2 * body.inverse_mass);
   }
-  const Scalar most = tau_ > kLeastJointedMove * h ? kMostJointGain : kMostShortJointGain;
+  const Scalar most = tau_ > kLeastJointedSubstep * h ? kMostJointGain : kMostShortJointGain;
   return after - before > most * after + recovery;
 }
 
 bool FreeTurns::change_energy(const SubstepProblem& substep) const {
+  const Scalar h = run_.context().h;
+  const Scalar slowly = substep.rest_offset() / h;
+  const bool is_exact = substep.is_held_by_joints() && tau_ > kLeastJointedSubstep * h;
+  const Scalar most = is_exact ? kMostJointedEnergyChange : kMostEnergyChange;
   for (std::size_t i = 0; i < L_W_.size(); ++i) {
     if (L_W_[i].isZero(0)) continue;
     const BodyRecord& body = *run_.members()[i].body;
@@ -187,7 +199,8 @@ bool FreeTurns::change_energy(const SubstepProblem& substep) const {
     const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
     const Scalar at_start = kinetic_energy(body, moved.v_W, R, L_W_[i]);
     const Scalar at_end = kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
-    if (std::abs(at_end - at_start) > kMostEnergyChange * at_start) return true;
+    const Scalar slow = slowly * slowly / (2 * body.inverse_mass);
+    if (std::abs(at_end - at_start) > most * (at_start + slow)) return true;
   }
   return false;
 }

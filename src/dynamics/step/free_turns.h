@@ -2,18 +2,20 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "dynamics/step/island.h"
 #include "dynamics/step/substep_problem.h"
 #include "dyop/core/export.h"
+#include "dyop/core/rigid_pose.h"
 #include "dyop/core/types.h"
 
 namespace dyop::dynamics_internal {
 
 /// The constant angular velocity that takes a body without torque from R_WB to where it is after
 /// tau, given the inverse of its inertia about the centre of mass. Several do; this is the one nearest
-/// to w_W. Returns w_W itself for turns of tens of thousands of radians, which are not followed.
+/// to w_W. Returns w_W itself for turns of thousands of radians, which are not followed.
 DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                                        const Vector3& L_W, Scalar tau, const Vector3& w_W);
 
@@ -37,9 +39,10 @@ class FreeTurns {
   /// Whether the last solve turns a member so that its energy changes without work. Then the move
   /// must be shorter.
   bool change_energy(const SubstepProblem& substep) const;
-  /// Whether the joints of an island on which nothing else acts add energy to it in the last solve.
-  /// Then the move must be shorter too.
-  bool joints_add_energy(const SubstepProblem& substep) const;
+  /// Whether the joints of an island on which nothing else acts add energy to it, given what the
+  /// members keep after the move, and where they are then. Then the move must be shorter too.
+  bool joints_add_energy(const SubstepProblem& substep, std::span<const Vector3> v_W,
+                         std::span<const Vector3> L_W, std::span<const RigidPose> ends) const;
 
  private:
   Vector3 correction(std::size_t member, const Vector3& L_W, const Vector3& w_W) const;

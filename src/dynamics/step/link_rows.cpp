@@ -103,9 +103,6 @@ namespace {
 // If the predicted joint error still changes by more than this fraction of the closable error,
 // reject the substep.
 constexpr Scalar kGuessedPart = 0.1;
-// Substeps of this part of a step are not shortened for a joint.
-constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // literal: of a turn a step, a tenth of a radian
-
 // If joints close by so many times what the substep's turns take from them, the turns are those of
 // the recovery.
 constexpr Scalar kPrevailing = 10;
@@ -659,30 +656,44 @@ void JointTension::relax(const std::vector<Vector3>& free_L_W) {
   }
 }
 
-RigidPose JointTension::middle_pose(const std::optional<std::size_t>& member,
-                                    const BodyRecord& body) const {
-  const Scalar t = substep_.run().now() + tau_ / 2;
-  if (body.definition.kind == BodyKind::Kinematic) return body.definition.motion->pose(t);
-  if (!member) return body.X_WB();
-  const ContactBody& moved = substep_.problem().bodies[*member];
-  const RigidPose& X_WM = substep_.run().members()[*member].state.X_WM;
-  const Matrix3 R_WB = rotation_from_vector(tau_ / 2 * moved.w_W) * X_WM.rotation();
-  const Vector3 center = X_WM.translation() + tau_ / 2 * moved.v_W;
-  return RigidPose(R_WB, center - R_WB * body.definition.mass_properties.p_BoBcm);
-}
-
-void JointTension::take_middle_rows(Joint& joint) {
+// Where the joint is after a part of the move.
+JointPlace JointTension::place_at(Scalar part, const JointState& joint) const {
   const IslandRun& run = substep_.run();
-  const auto pose = [this](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    return middle_pose(member, body);
+  const Scalar tau = part * tau_;
+  const auto pose = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
+    if (body.definition.kind == BodyKind::Kinematic) {
+      return body.definition.motion->pose(run.now() + tau);
+    }
+    if (!member) return body.X_WB();
+    const ContactBody& moved = substep_.problem().bodies[*member];
+    const RigidPose& X_WM = run.members()[*member].state.X_WM;
+    const Matrix3 R_WB = rotation_from_vector(tau * moved.w_W) * X_WM.rotation();
+    const Vector3 center = X_WM.translation() + tau * moved.v_W;
+    return RigidPose(R_WB, center - R_WB * body.definition.mass_properties.p_BoBcm);
   };
   const auto turn = [&](const std::optional<std::size_t>& member, const BodyRecord& body) {
-    if (member) return Vector3(tau_ / 2 * substep_.problem().bodies[*member].w_W);
-    return prescribed_turn(body, run.now(), tau_ / 2);
+    if (member) return Vector3(tau * substep_.problem().bodies[*member].w_W);
+    return prescribed_turn(body, run.now(), tau);
   };
-  const BodyRecord& a = run.context().body(joint.state->definition.a.slot);
-  const BodyRecord& b = run.context().body(joint.state->definition.b.slot);
-  const JointPlaces places = places_of(run, *joint.state, pose, turn);
+  return place_of(run, joint, pose, turn);
+}
+
+// The mean of the arms at both ends, not the arm in the middle: a body then gains no angular
+// momentum about an axis through all its joints, however fast it turns about it.
+void JointTension::take_middle_rows(Joint& joint) {
+  const BodyRecord& a = substep_.run().context().body(joint.state->definition.a.slot);
+  const BodyRecord& b = substep_.run().context().body(joint.state->definition.b.slot);
+  const JointPlace start = place_at(0, *joint.state);
+  const JointPlace end = place_at(1, *joint.state);
+  JointPlace middle = place_at(0.5, *joint.state);
+  const auto set_mean = [](const RigidPose& x, const RigidPose& y, RigidPose& mean) {
+    mean = RigidPose(mean.rotation(), (x.translation() + y.translation()) / 2);
+  };
+  set_mean(start.X_WJa, end.X_WJa, middle.X_WJa);
+  set_mean(start.X_WJb, end.X_WJb, middle.X_WJb);
+  middle.center_a_W = (start.center_a_W + end.center_a_W) / 2;
+  middle.center_b_W = (start.center_b_W + end.center_b_W) / 2;
+  const JointPlaces places{middle, {}};
   const std::vector<JointEquation> equations =
       joint_equations(*joint.state, places, std::min(a.radius, b.radius));
   joint.arm_a_W = equations.front().arm_a_W;

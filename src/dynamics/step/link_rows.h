@@ -47,6 +47,9 @@ void cut_drives(const SubstepProblem& substep, Scalar share, std::vector<Vector3
 /// Adds the impulses of the last solve to what the joints have borne in this step.
 void add_reactions(SubstepProblem& substep);
 
+/// Substeps of this part of a step are not shortened for what a joint does.
+inline constexpr Scalar kLeastJointedSubstep = 1.0 / 64;  // of a turn a step: a tenth of a radian
+
 /// Whether the prediction of a joint's end still changes much: the bodies turn too far in a substep
 /// of length tau to be held, and a shorter one is needed.
 bool joints_are_guessed(const SubstepProblem& substep, Scalar tau);
@@ -82,8 +85,9 @@ bool release_joint_recovery(SubstepProblem& substep, Scalar tau, bool bends);
 
 /// Joints whose tension turns a body round faster than a move of length tau resolves, as the links
 /// of a rope with a heavy load: then all joints of the island act along their rows in the middle of
-/// the move, with the same impulses in its two halves, the implicit midpoint rule. Otherwise they
-/// act along those at its start and its end, which keeps energy better.
+/// the move, with the same impulses in its two halves, the implicit midpoint rule. Their arms are the
+/// means of those at its ends. Otherwise they act along those at its start and its end, which keeps
+/// energy better.
 ///
 /// A force F at the arm r from the centre of mass resists turns by K = F . r - (r F^T + F r^T) / 2;
 /// with K tau / 2 added to the inertia a repeated solve is a Newton step. A rod of length l under
@@ -121,7 +125,7 @@ class JointTension {
   void set_across(Joint& rod);
   void measure();
   void take_middle_rows(Joint& joint);
-  RigidPose middle_pose(const std::optional<std::size_t>& member, const BodyRecord& body) const;
+  JointPlace place_at(Scalar part, const JointState& joint) const;
 
   SubstepProblem& substep_;
   Scalar tau_;

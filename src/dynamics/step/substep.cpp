@@ -615,6 +615,12 @@ using RunPair = IslandRun::RunPair;
 // Limits on one attempt and on one substep.
 constexpr int kMostRounds = 8;
 constexpr int kMostErrorSolves = 4;
+// Where joints alone act, nothing takes away the energy that an inexact turn adds: there solves go on
+// as long as each changes the move by at most this part of what the one before did.
+constexpr int kMostJointSolves = 32;
+constexpr Scalar kConverging = 0.8;
+// A larger change by the last of them asks for a shorter substep.
+constexpr Scalar kGuessedTurn = 1e-3;  // literal: radians, far above what solves leave
 constexpr int kMostAttempts = 8;
 // Attempts that begin with what hits have found before. After that they may contradict each other.
 constexpr int kHitAttempts = 3;
@@ -637,6 +643,7 @@ constexpr Scalar kLonger = 4;
 // every shorter substep would ask for one again.
 constexpr std::int64_t kMostFailedSolves = 1000;
 constexpr std::int64_t kMostFailedPushes = 4;
+constexpr std::int64_t kMostFailedJointSolves = 100;  // of an island without pairs
 // Substep length of a coarsely solved island, as a fraction of the step.
 constexpr Scalar kCoarseSubstepPart = 0.25;
 
@@ -649,6 +656,7 @@ bool pushes_apart(IslandRun& run) {
 
 bool has_spent_its_solves(IslandRun& run) {
   const std::int64_t failed = run.outcome().work.unconverged;
+  if (run.pairs().empty()) return failed > kMostFailedJointSolves;
   return failed > (pushes_apart(run) ? kMostFailedPushes : kMostFailedSolves);
 }
 
@@ -678,6 +686,8 @@ class Substep {
   }
   std::optional<bool> update_errors();
   void make_moves();
+  bool turns_are_guessed() const;
+  bool converges() const { return substep_.is_held_by_joints() && is_solved_ && converges_; }
   bool answer_hits();
   void store_velocities();
   void commit(Scalar tau);
@@ -699,7 +709,9 @@ class Substep {
   std::vector<Vector3> stored_L_W_;
   Scalar residual_ = 0;
   bool is_solved_ = false;
-  bool ends_short_ = false;  // some contact, below what is kept
+  std::optional<Scalar> change_;  // of the turns, by the last solve but the first; radians
+  bool converges_ = false;        // whether it is smaller than the one before
+  bool ends_short_ = false;       // some contact, below what is kept
   bool targets_are_zero_ = false;
   Scalar blocked_at_ = run_.now();
   bool must_land_ = false;
@@ -785,6 +797,9 @@ void Substep::solve_move() {
 }
 
 void Substep::make_moves() {
+  const std::vector<BodyMove> before = std::move(moves_);
+  const Scalar most = kConverging * change_.value_or(kInfinity);
+  if (!before.empty()) change_ = 0;
   moves_.clear();
   poses_.end.clear();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
@@ -792,7 +807,15 @@ void Substep::make_moves() {
     const ContactBody& body = substep_.problem().bodies[i];
     moves_.push_back(twist_move(*member.body, member.state, run_.now(), body.v_W, body.w_W));
     poses_.end.push_back(moves_.back().motion->pose(run_.now() + tau_));
+    if (change_) change_ = std::max(*change_, tau_ * (body.w_W - before[i].w_W).norm());
   }
+  converges_ = change_ && *change_ <= most;
+}
+
+// Whether joints alone act, and the last solve still turned the members elsewhere.
+bool Substep::turns_are_guessed() const {
+  return substep_.is_held_by_joints() && change_ && *change_ > kGuessedTurn &&
+         tau_ > kLeastJointedSubstep * run_.context().h;
 }
 
 // Returns whether the prediction of some gap has changed so much that the solve must be repeated;
@@ -891,12 +914,11 @@ void Substep::store_velocities() {
     stored_v_W_.push_back(substep_.problem().bodies[i].v_W);
   }
   stored_L_W_ = substep_.angular_momenta(free_L_W_);
-  add_reactions(substep_);
 }
 
-// Advances to now + tau, tau <= tau_, with the proofs at hand.
+// Advances to now + tau, tau <= tau_, with the proofs at hand and the velocities stored.
 void Substep::commit(Scalar tau) {
-  store_velocities();
+  add_reactions(substep_);
   cut_drives(substep_, tau / tau_, stored_v_W_, stored_L_W_);
   const Scalar t_end = run_.now() + tau;
   VelocityChange* change = run_.begin_change(VelocityChangeKind::Move, {run_.now(), t_end});
@@ -944,7 +966,7 @@ AttemptResult Substep::attempt() {
   Scalar hopeless = contradiction();
   for (int round = 0; round < kMostRounds; ++round) {
     if (run_.must_stop()) return AttemptResult::Failed;
-    for (int k = 0; k < kMostErrorSolves; ++k) {
+    for (int k = 0; k < kMostErrorSolves || (k < kMostJointSolves && converges()); ++k) {
       solve_move();
       if (substep_.turns_too_far(tau_)) return AttemptResult::Blocked;
       make_moves();
@@ -953,12 +975,15 @@ AttemptResult Substep::attempt() {
       // A coarsely solved island is solved again only for what would be hit.
       if (!(substep_.is_coarse() ? ends_short_ : *has_changed)) break;
     }
-    if (joints_are_guessed(substep_, tau_)) return AttemptResult::Blocked;
-    if (turns_.change_energy(substep_) || turns_.joints_add_energy(substep_)) {
-      return AttemptResult::Blocked;
-    }
+    if (joints_are_guessed(substep_, tau_) || turns_are_guessed()) return AttemptResult::Blocked;
+    if (turns_.change_energy(substep_)) return AttemptResult::Blocked;
     proofs_.find(moves_);
     if (proofs_.is_complete()) {
+      const bool recovers = joint_recovery_prevails(substep_, tau_);
+      store_velocities();
+      if (!recovers && turns_.joints_add_energy(substep_, stored_v_W_, stored_L_W_, poses_.end)) {
+        return AttemptResult::Blocked;
+      }
       commit(tau_);
       solve_substep_end(run_, tau_, may_bounce_);
       return AttemptResult::Committed;
@@ -978,6 +1003,7 @@ AttemptResult Substep::attempt() {
     if (failure_) return AttemptResult::Failed;
     if (!lands_) return AttemptResult::Blocked;
     const Scalar tau = blocked_at_ - run_.now();
+    store_velocities();
     commit(tau);
     solve_substep_end(run_, tau, may_bounce_);
     return AttemptResult::Committed;

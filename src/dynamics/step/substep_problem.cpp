@@ -495,6 +495,12 @@ std::vector<Vector3> SubstepProblem::angular_momenta(std::vector<Vector3> free_L
   return free_L_W;
 }
 
+bool SubstepProblem::is_held_by_joints() const {
+  return !rows_.empty() &&
+         std::all_of(problem_.contacts.begin(), problem_.contacts.end(),
+                     [](const PointContact& row) { return row.impulse_W.isZero(0); });
+}
+
 bool SubstepProblem::has_gained_energy(Scalar tau) const {
   const Scalar speed_noise = impact_tolerance(tau);
   Scalar work = 0;

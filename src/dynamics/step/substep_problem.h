@@ -142,6 +142,8 @@ class SubstepProblem {
   /// Shorter substeps recover gaps no faster than this one, and are solved as exactly: else the
   /// recovery would need velocities without bound. 0: nothing moves. Time.
   Scalar least_substep() const;
+  /// Whether there are joints, and no contact got an impulse in the last solve.
+  bool is_held_by_joints() const;
   /// Whether so many bodies with so many contacts move so fast that they are solved coarsely, in
   /// short substeps. What hits add during a substep does not change it.
   bool is_coarse() const;
