@@ -251,7 +251,9 @@ int check_recording(const Hdf5Reader& reader, const CheckOptions& options, std::
 
 }  // namespace
 
-int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors) {
+int check_file(const std::string& file, double scale, std::ostream& out, std::ostream& errors,
+               const char* program) {
+  const std::string begin = std::string(program) + ": error: " + printable(file) + ": ";
   try {
     if (!std::filesystem::exists(file)) throw BadFile("no such file");
     const Hdf5Reader reader(file);
@@ -259,15 +261,15 @@ int check_file(const std::string& file, double scale, std::ostream& out, std::os
     options.scale = scale;
     const int code = check_recording(reader, options, out);
     if (const std::optional<std::string> damaged = find_damage(reader)) {
-      errors << "dyop-check: error: " << printable(file) << ": the dataset " << printable(*damaged)
+      errors << begin << "the dataset " << printable(*damaged)
              << " is damaged: not what was recorded, whatever is proven of it\n";
       return code == 1 ? 1 : 2;
     }
     return code;
   } catch (const BadFile& error) {
-    errors << "dyop-check: error: " << printable(file) << ": " << printable(error.what()) << '\n';
+    errors << begin << printable(error.what()) << '\n';
   } catch (const std::exception& error) {
-    errors << "dyop-check: error: " << printable(file) << ": damaged (" << error.what() << ")\n";
+    errors << begin << "damaged (" << error.what() << ")\n";
   }
   return 2;
 }

@@ -294,24 +294,25 @@ std::string feature_words(const Feature& feature) {
 
 }  // namespace
 
-std::string show(Scalar value) {
+std::string show(Scalar value, Scalar apart) {
+  // One digit more than the difference needs, so that the difference can be read off.
+  const bool is_told_apart = std::isfinite(value) && apart > 0;
+  const Scalar wanted = is_told_apart ? std::log10(std::abs(value) / apart) + 2 : 0;
   std::ostringstream out;
-  out.precision(9);
+  out.precision(int(std::clamp(std::ceil(wanted), Scalar(9), Scalar(17))));
   out << value;
   return out.str();
 }
 
-std::string show(const Vector3& v) {
-  std::ostringstream out;
-  out.precision(6);
+std::string show(const Vector3& v, Scalar apart) {
   const Vector3 shown = v + Vector3::Zero();  // -0 becomes 0
-  out << '(' << shown.x() << ", " << shown.y() << ", " << shown.z() << ')';
-  return out.str();
+  return '(' + show(shown.x(), apart) + ", " + show(shown.y(), apart) + ", " +
+         show(shown.z(), apart) + ')';
 }
 
 std::string place_words(const Vector3& p_WC, const Feature& feature,
-                        const std::optional<std::int32_t>& triangle) {
-  std::string words = show(p_WC) + ", " + feature_words(feature);
+                        const std::optional<std::int32_t>& triangle, Scalar gap) {
+  std::string words = show(p_WC, gap) + ", " + feature_words(feature);
   if (triangle) words += ", triangle " + std::to_string(*triangle);
   return words;
 }

@@ -112,14 +112,17 @@ Vector3 hex_vector(const JsonNode& node);
 /// Uses the rotation unchanged, if it is one.
 RigidPose hex_pose(const JsonNode& node);
 
-/// A number with nine significant digits, for display.
-DYOP_EXPORT std::string show(Scalar value);
-/// "(x, y, z)" with six significant digits.
-DYOP_EXPORT std::string show(const Vector3& v);
+/// A number for display, with nine significant digits, or with more (up to all 17) where numbers
+/// that are `apart` from each other would look alike otherwise.
+DYOP_EXPORT std::string show(Scalar value, Scalar apart = kInfinity);
+/// "(x, y, z)", likewise.
+DYOP_EXPORT std::string show(const Vector3& v, Scalar apart = kInfinity);
 
 /// Describes where a witness point lies: coordinates, feature, triangle.
+/// @param gap The distance of the point on the other shape, which the coordinates tell apart.
 DYOP_EXPORT std::string place_words(const Vector3& p_WC, const Feature& feature,
-                                    const std::optional<std::int32_t>& triangle);
+                                    const std::optional<std::int32_t>& triangle,
+                                    Scalar gap = kInfinity);
 
 /// Parses one document of YAML by yaml-cpp, as the same tree of values as JSON. Anchors, aliases,
 /// tags, keys that are no text, further documents and nesting deeper than JSON is read are refused.

@@ -12,9 +12,13 @@ namespace {
 using io_internal::place_words;
 using io_internal::show;
 
+Scalar bracket_of(const ToiResult& result) {
+  return result.t_hit.value_or(kInfinity) - result.t_safe;
+}
+
 std::string status_words(const ToiResult& result, const PairNames& names) {
   const std::string pair = names.a + " and " + names.b;
-  const std::string t = show(result.t_safe);
+  const std::string t = show(result.t_safe, bracket_of(result));
   // If the query stopped at its start, nothing is known about that time.
   const std::string proven = " are proven apart only before t = " + t + ".";
   switch (result.status) {
@@ -77,9 +81,9 @@ std::string contact_words(const std::vector<Contact>& contacts, const PairNames&
     out << "    gap at least " << show(contact.lower) << ", at most " << show(contact.upper)
         << ", normal " << show(contact.nhat_AB_W) << '\n';
     out << "      on " << names.a << ": "
-        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a) << '\n';
+        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a, contact.upper) << '\n';
     out << "      on " << names.b << ": "
-        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b) << '\n';
+        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b, contact.upper) << '\n';
   }
   return out.str();
 }
@@ -106,7 +110,7 @@ std::string describe(const RayHit& hit) {
   out << "  distance     " << show(hit.distance) << '\n';
   if (hit.status == RayStatus::Miss) return out.str();
   out << "  gap          at most " << show(hit.gap) << '\n';
-  out << "  at           " << place_words(hit.p_WC, hit.feature, hit.triangle) << '\n';
+  out << "  at           " << place_words(hit.p_WC, hit.feature, hit.triangle, hit.gap) << '\n';
   out << "  normal       " << show(hit.nhat_W) << '\n';
   return out.str();
 }
@@ -121,9 +125,9 @@ std::string describe(const DistanceResult& result, const PairNames& names) {
     out << "  meet near    " << show(result.pivot_W()) << '\n';
   } else {
     out << "  on " << names.a << ": "
-        << place_words(result.p_WCa, result.feature_a, result.triangle_a) << '\n';
+        << place_words(result.p_WCa, result.feature_a, result.triangle_a, result.upper) << '\n';
     out << "  on " << names.b << ": "
-        << place_words(result.p_WCb, result.feature_b, result.triangle_b) << '\n';
+        << place_words(result.p_WCb, result.feature_b, result.triangle_b, result.upper) << '\n';
     out << "  normal       " << show(result.nhat_AB_W) << " from " << names.a << " to " << names.b
         << '\n';
     out << "  pivot        " << show(result.pivot_W()) << '\n';
@@ -142,7 +146,8 @@ std::string describe(const ToiResult& result, const PairNames& names) {
   std::ostringstream out;
   out << status_words(result, names) << '\n';
   if (result.t_hit) {
-    out << "  bracket      [" << show(result.t_safe) << ", " << show(*result.t_hit)
+    out << "  bracket      [" << show(result.t_safe, bracket_of(result)) << ", "
+        << show(*result.t_hit, bracket_of(result))
         << "]: apart until its start, in contact by its end\n";
   }
   if (result.contact) {
@@ -150,9 +155,9 @@ std::string describe(const ToiResult& result, const PairNames& names) {
     out << "  gap          at least " << show(contact.lower) << ", at most " << show(contact.upper)
         << '\n';
     out << "  on " << names.a << ": "
-        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a) << '\n';
+        << place_words(contact.p_WCa, contact.feature_a, contact.triangle_a, contact.upper) << '\n';
     out << "  on " << names.b << ": "
-        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b) << '\n';
+        << place_words(contact.p_WCb, contact.feature_b, contact.triangle_b, contact.upper) << '\n';
     out << "  normal       " << show(contact.nhat_AB_W) << " from " << names.a << " to " << names.b
         << '\n';
     out << "  pivot        " << show(contact.pivot_W()) << '\n';

@@ -198,6 +198,7 @@ TEST_F(RecordingCommands, RefuseWhatTheyCannotUse) {
     return result.err;
   };
   EXPECT_NE(error_of({"info", path("none.h5")}).find("no such file"), std::string::npos);
+  EXPECT_TRUE(error_of({"check", path("none.h5")}).starts_with("dyop: error: " + path("none.h5")));
   EXPECT_NE(error_of({"info", directory_.write("text.h5", "x").string()})
                 .find("not a readable HDF5 file"),
             std::string::npos);

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "support/inputs/small_impact.h"
 
@@ -54,12 +56,44 @@ TEST(ResultText, ShowsNoNegativeZero) {
   EXPECT_NE(describe(result).find("(0, 0, -1) from"), std::string::npos) << describe(result);
 }
 
+TEST(ResultText, TellsPlacesApartFarFromTheOrigin) {
+  for (const Scalar offset : {Scalar(0), Scalar(1), Scalar(1e6), Scalar(-1e9)}) {
+    for (const Scalar gap : {Scalar(1e-3), Scalar(0.25), Scalar(3)}) {
+      DistanceResult result;
+      result.status = DistanceStatus::Separated;
+      result.p_WCa = Vector3(offset, offset, offset);
+      result.p_WCb = result.p_WCa + Vector3(0, gap, 0);
+      result.lower = result.upper = gap;
+      const std::string text = describe(result);
+      const auto y_on = [&](const std::string& name) {
+        const std::size_t at = text.find(", ", text.find("on " + name + ": (")) + 2;
+        return std::stod(text.substr(at));
+      };
+      EXPECT_NEAR(y_on("B") - y_on("A"), gap, 0.2 * gap) << text;
+    }
+  }
+}
+
+TEST(ResultText, TellsTheEndsOfALateBracketApart) {
+  ToiResult result;
+  result.status = ToiStatus::Impact;
+  result.t_safe = 1e6;
+  result.t_hit = std::nextafter(1e6, 2e6);
+  EXPECT_NE(describe(result).find("[1000000, 1000000.0000000001]"), std::string::npos)
+      << describe(result);
+  result.t_hit = result.t_safe;
+  EXPECT_NE(describe(result).find("[1000000, 1000000]"), std::string::npos) << describe(result);
+  result.t_hit = std::nullopt;
+  result.t_safe = kInfinity;
+  EXPECT_NE(describe(result).find("t = inf"), std::string::npos) << describe(result);
+}
+
 TEST(ResultText, DescribesAnImpactWithAllItsFigures) {
   const std::string text = describe(testing::small_impact_result(), {"tool", "organ"});
   for (const char* part :
        {"Impact at t = 0.333333333: tool and organ are proven apart until then.",
         "bracket      [0.333333333, 0.34]", "at least 0.1, at most 0.2",
-        "on tool: (0.142857, 2, 3), edge 4 5, triangle 17", "(0.6, 0.8, 0) from tool to organ",
+        "on tool: (0.142857143, 2, 3), edge 4 5, triangle 17", "(0.6, 0.8, 0) from tool to organ",
         "pivot", "33 node pairs, 11 box tests, 22 leaf tests"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nis missing in\n" << text;
   }

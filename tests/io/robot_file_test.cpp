@@ -93,6 +93,21 @@ TEST_F(RobotFile, RollPitchYawTurnAboutFixedAxesInThatOrder) {
   EXPECT_LT((robot.chain->joints()[0].X_PJ.rotation() - expected).norm(), 1e-15);
 }
 
+TEST_F(RobotFile, AnOriginMayBeAQuaternion) {
+  const std::string two = "<link name=\"a\"/><link name=\"b\"/>\n";
+  const Robot robot =
+      load(two + joint("fixed", "a", "b", R"(<origin xyz="1 2 3" quat_xyzw="0 0.6 0 0.8"/>)"));
+  const RigidPose& X_PJ = robot.chain->joints()[0].X_PJ;
+  const Vector3 turn(0, 2 * std::asin(Scalar(0.6)), 0);
+  EXPECT_LT((X_PJ.rotation() - rotation_from_vector(turn)).norm(), 1e-15);
+  EXPECT_EQ(X_PJ.translation(), Vector3(1, 2, 3));
+  expect_message(two + joint("fixed", "a", "b", R"(<origin quat_xyzw="0 0 0 2"/>)"),
+                 "quat_xyzw: expected a unit quaternion x y z w, found '0 0 0 2'", 3);
+  expect_message(two + joint("fixed", "a", "b", R"(<origin quat_xyzw="0 0 1"/>)"), "'0 0 1'");
+  expect_message(two + joint("fixed", "a", "b", R"(<origin rpy="0 0 0" quat_xyzw="0 0 0 1"/>)"),
+                 "expected one of the attributes 'rpy' and 'quat_xyzw'", 3);
+}
+
 TEST_F(RobotFile, SplitsFloatingAndPlanarJoints) {
   const Robot robot =
       load("<link name=\"a\"/><link name=\"b\"/><link name=\"c\"/>" + joint("floating", "a", "b") +
@@ -185,6 +200,16 @@ TEST_F(RobotFile, FindsMeshes) {
   EXPECT_EQ(reach(load(link("a", R"(<mesh filename="package://else/col/n.obj"/>)"),
                        {.package_paths = {directory_.path() / "other" / "deep"}})),
             Vector3::Ones());
+  // Escapes of a URI, unless a file has that very name.
+  directory_.write("arm/meshes/a b.obj", kObj);
+  const std::string folder = (directory_.path() / "arm" / "meshes").string();
+  for (const std::string& name :
+       {"file://" + folder + "/a%20b.obj", std::string("package://arm/meshes/a%20b.obj")}) {
+    EXPECT_EQ(load(link("a", "<mesh filename=\"" + name + "\"/>")).notes.size(), 0u);
+  }
+  directory_.write("arm/meshes/a%20b.obj", "v 0 0 0\nv 7 0 0\nv 0 7 0\nf 1 2 3\n");
+  EXPECT_EQ(reach(load(link("a", R"(<mesh filename="package://arm/meshes/a%20b.obj"/>)"))),
+            Vector3(7, 7, 0));
   const Robot moved = load(link("a", R"(<mesh filename="package://gone/col/n.obj"/>)"));
   ASSERT_EQ(moved.notes.size(), 1u);
   EXPECT_NE(moved.notes[0].find("deep/col/n.obj"), std::string::npos);
@@ -280,6 +305,8 @@ TEST_F(RobotFile, NamesWhatIsWrong) {
   expect_message("<link/>", "<link>: expected the attribute 'name'", 2);
   expect_message(link("a", ball) + link("a", ball), "<link> 'a': a second link", 3);
   expect_message(link("a", "<cone/>"), "expected one of <mesh>");
+  expect_message(link("a", R"(<box size="1 1 1"/><sphere radius="3"/>)"), "expected one shape");
+  expect_message(link("a", ball + ball), "expected one shape", 2);
   expect_message(link("a", R"(<sphere radius="nan"/>)"),
                  "radius: expected a finite number, found 'nan'");
   expect_message(link("a", R"(<sphere radius="1e999"/>)"), "found '1e999'");

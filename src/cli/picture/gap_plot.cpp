@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "io/json_reader.h"
 
 namespace dyop::cli {
 namespace {
@@ -14,13 +15,6 @@ constexpr std::string_view kInkProven = "#e3f4e8";
 constexpr std::string_view kInkHit = "#c22f2f";
 constexpr std::string_view kInkGrid = "#e4e7ea";
 constexpr std::string_view kInkTick = "#555b61";
-
-std::string words_of(Scalar x) {
-  std::ostringstream out;
-  out.precision(6);
-  out << x;
-  return out.str();
-}
 
 // A round number, at least so large.
 Scalar round_step(Scalar least) {
@@ -51,13 +45,15 @@ class Axes {
          ++k) {
       const Vector2 p = at(k * step_t, 0);
       canvas.line(p, at(k * step_t, top_), {.stroke = kInkGrid});
-      canvas.text(p + Vector2(0, 17), words_of(k * step_t), 11, SvgAnchor::Middle, kInkTick);
+      canvas.text(p + Vector2(0, 17), io_internal::show(k * step_t, step_t), 11, SvgAnchor::Middle,
+                  kInkTick);
     }
     const Scalar step_y = round_step(top_ / kTicksUp);
     for (Scalar k = 0; k * step_y <= top_; ++k) {
       const Vector2 p = at(times_.begin, k * step_y);
       canvas.line(p, at(times_.end, k * step_y), {.stroke = kInkGrid});
-      canvas.text(p + Vector2(-7, 4), words_of(k * step_y), 11, SvgAnchor::End, kInkTick);
+      canvas.text(p + Vector2(-7, 4), io_internal::show(k * step_y, step_y), 11, SvgAnchor::End,
+                  kInkTick);
     }
     canvas.text(panel_.corner + Vector2(panel_.size.x() / 2, panel_.size.y() + 36), "time", 12,
                 SvgAnchor::Middle);

@@ -57,8 +57,8 @@ void add_check_command(CLI::App& app, ExitCode& exit_code) {
   command->add_flag("--touching", arguments->touching, "Ask only that nothing touched");
   command->callback([arguments, &exit_code] {
     const double scale = arguments->touching ? 0 : 1;
-    exit_code =
-        static_cast<ExitCode>(dyop_check::check_file(arguments->file, scale, std::cout, std::cerr));
+    exit_code = static_cast<ExitCode>(
+        dyop_check::check_file(arguments->file, scale, std::cout, std::cerr, "dyop"));
   });
 }
 

@@ -44,8 +44,8 @@ void write_world_contact(std::ostream& out, const Scene& scene, const WorldConta
   const std::string& a = name_of_body(scene, contact.a);
   const std::string& b = name_of_body(scene, contact.b);
   const Contact& c = contact.contact;
-  out << "    " << a << " at " << place_words(c.p_WCa, c.feature_a, c.triangle_a) << '\n'
-      << "    " << b << " at " << place_words(c.p_WCb, c.feature_b, c.triangle_b) << '\n'
+  out << "    " << a << " at " << place_words(c.p_WCa, c.feature_a, c.triangle_a, c.upper) << '\n'
+      << "    " << b << " at " << place_words(c.p_WCb, c.feature_b, c.triangle_b, c.upper) << '\n'
       << "      normal from " << a << " to " << b << " " << show(c.nhat_AB_W) << ", gap "
       << show(c.lower) << " to " << show(c.upper) << ",\n      gap changed at "
       << show(contact.normal_velocity) << ", impulse on " << b << " " << show(contact.impulse_W)
@@ -58,15 +58,16 @@ void write_impact(std::ostream& out, const Scene& scene, const ImpactEvent& even
   const std::string& b = name_of_body(scene, event.b);
   out << "\nImpact " << number << " at t = " << show(event.t) << ": " << a << " meets " << b
       << '\n';
-  out << "  proven apart until t = " << show(event.toi.t_safe);
-  if (event.toi.t_hit) out << ", in contact by t = " << show(*event.toi.t_hit);
+  const Scalar apart = event.toi.t_hit.value_or(kInfinity) - event.toi.t_safe;
+  out << "  proven apart until t = " << show(event.toi.t_safe, apart);
+  if (event.toi.t_hit) out << ", in contact by t = " << show(*event.toi.t_hit, apart);
   out << '\n';
   if (event.toi.contact) {
     const ImpactContact& c = *event.toi.contact;
     out << "  gap at that time: at least " << show(c.lower) << ", at most " << show(c.upper)
         << "; closing at " << show(c.closing_speed) << '\n';
-    out << "  on " << a << ": " << place_words(c.p_WCa, c.feature_a, c.triangle_a) << '\n';
-    out << "  on " << b << ": " << place_words(c.p_WCb, c.feature_b, c.triangle_b) << '\n';
+    out << "  on " << a << ": " << place_words(c.p_WCa, c.feature_a, c.triangle_a, c.upper) << '\n';
+    out << "  on " << b << ": " << place_words(c.p_WCb, c.feature_b, c.triangle_b, c.upper) << '\n';
     out << "  normal from " << a << " to " << b << ": " << show(c.nhat_AB_W) << "; pivot "
         << show(c.pivot_W()) << '\n';
   }

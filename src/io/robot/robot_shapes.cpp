@@ -2,6 +2,7 @@
 #include "io/robot/robot_shapes.h"
 
 #include <algorithm>
+#include <charconv>
 #include <sstream>
 #include <vector>
 
@@ -31,16 +32,18 @@ std::shared_ptr<const Shape> read_shape(const XmlNode& node, MeshFinder& meshes)
 
 std::shared_ptr<const Shape> read_collision(const XmlNode& collision, MeshFinder& meshes) {
   const XmlNode geometry = collision.at("geometry");
+  std::vector<XmlNode> nodes;
   for (const char* kind : {"mesh", "box", "sphere", "cylinder", "capsule"}) {
-    const std::optional<XmlNode> node = geometry.find(kind);
-    if (!node) continue;
-    try {
-      return read_shape(*node, meshes);
-    } catch (const InvalidArgument& error) {
-      node->fail(error.what());
-    }
+    for (const XmlNode& node : geometry.all(kind)) nodes.push_back(node);
   }
-  geometry.fail("expected one of <mesh>, <box>, <sphere>, <cylinder>, <capsule>");
+  if (nodes.empty())
+    geometry.fail("expected one of <mesh>, <box>, <sphere>, <cylinder>, <capsule>");
+  if (nodes.size() > 1) geometry.fail("expected one shape: others need a <collision> each");
+  try {
+    return read_shape(nodes.front(), meshes);
+  } catch (const InvalidArgument& error) {
+    nodes.front().fail(error.what());
+  }
 }
 
 bool is_identity(const RigidPose& X) {
@@ -83,29 +86,23 @@ constexpr int kFoldersAbove = 5;
 // Files looked at in the search for a mesh that is not where the robot's file says.
 constexpr int kMostEntries = 20'000;
 
-// The path below a package, and the package; "file://" and no prefix at all have no package.
-struct MeshName {
-  std::string package;
-  std::filesystem::path path;
-};
-
-MeshName parse_name(const XmlNode& node, const char* attribute, const std::string& name) {
-  const std::size_t scheme = name.find("://");
-  if (scheme == std::string::npos) return {"", name};
-  const std::string kind = name.substr(0, scheme);
-  const std::string rest = name.substr(scheme + 3);
-  if (kind == "file") return {"", rest};
-  if (kind != "package" && kind != "model") {
-    node.fail_expected(attribute, "a path, package:// or file://");
-  }
-  const std::size_t slash = rest.find('/');
-  if (slash == std::string::npos) node.fail_expected(attribute, "package://NAME/PATH");
-  return {rest.substr(0, slash), rest.substr(slash + 1)};
-}
-
 bool is_file(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error);
+}
+
+// Without the escapes of a URI, such as %20 for a blank.
+std::string unescaped(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned char byte = 0;
+    const char* const digits = text.data() + i + 1;
+    const bool is_escape = text[i] == '%' && i + 2 < text.size() &&
+                           std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2;
+    result += is_escape ? char(byte) : text[i];
+    if (is_escape) i += 2;
+  }
+  return result;
 }
 
 // How many of the last folders and names two paths have in common.
@@ -131,20 +128,43 @@ MeshFinder::MeshFinder(const std::filesystem::path& file,
   }
 }
 
+MeshFinder::MeshName MeshFinder::parse_name(const XmlNode& node, const char* attribute,
+                                            const std::string& name) {
+  const std::size_t scheme = name.find("://");
+  if (scheme == std::string::npos) return {"", name};
+  const std::string kind = name.substr(0, scheme);
+  const std::string rest = name.substr(scheme + 3);
+  if (kind == "file") return {"", rest};
+  if (kind != "package" && kind != "model") {
+    node.fail_expected(attribute, "a path, package:// or file://");
+  }
+  const std::size_t slash = rest.find('/');
+  if (slash == std::string::npos) node.fail_expected(attribute, "package://NAME/PATH");
+  return {rest.substr(0, slash), rest.substr(slash + 1)};
+}
+
 std::filesystem::path MeshFinder::find(const XmlNode& node, const char* attribute,
                                        const std::string& name) {
   const auto known = found_.find(name);
   if (known != found_.end()) return known->second;
   const MeshName wanted = parse_name(node, attribute, name);
-  if (wanted.path.is_absolute() && is_file(wanted.path)) return found_[name] = wanted.path;
+  std::optional<std::filesystem::path> file = find_in_paths(wanted);
+  const bool is_uri = name.find("://") != std::string::npos;
+  if (!file && is_uri) file = find_in_paths(parse_name(node, attribute, unescaped(name)));
+  if (!file) file = find_by_name(node, attribute, name, wanted.path);
+  return found_[name] = *file;
+}
+
+std::optional<std::filesystem::path> MeshFinder::find_in_paths(const MeshName& wanted) const {
+  if (wanted.path.is_absolute() && is_file(wanted.path)) return wanted.path;
+  const std::filesystem::path relative = wanted.path.relative_path();
   for (const std::filesystem::path& folder : paths_) {
-    const std::filesystem::path relative = wanted.path.relative_path();
     for (const std::filesystem::path& file :
          {folder / wanted.package / relative, folder / relative}) {
-      if (is_file(file)) return found_[name] = file;
+      if (is_file(file)) return file;
     }
   }
-  return found_[name] = find_by_name(node, attribute, name, wanted.path);
+  return std::nullopt;
 }
 
 // Below the robot's folder, the file of this name whose last folders agree best.

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,14 @@ class MeshFinder {
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
+  // The path below a package, and the package; "file://" and no prefix at all have no package.
+  struct MeshName {
+    std::string package;
+    std::filesystem::path path;
+  };
+
+  static MeshName parse_name(const XmlNode& node, const char* attribute, const std::string& name);
+  std::optional<std::filesystem::path> find_in_paths(const MeshName& wanted) const;
   std::filesystem::path find_by_name(const XmlNode& node, const char* attribute,
                                      const std::string& name, const std::filesystem::path& wanted);
 

@@ -139,15 +139,33 @@ Vector3 XmlNode::vector3_or(const char* attribute, const Vector3& otherwise) con
   return has(attribute) ? vector3(attribute) : otherwise;
 }
 
+namespace {
+
+// Of an <origin>: roll, pitch and yaw, or the quaternion of URDF 1.2.
+Matrix3 rotation_of(const XmlNode& node) {
+  if (!node.has("quat_xyzw")) {
+    const Vector3 rpy = node.vector3_or("rpy", Vector3::Zero());
+    return (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) *
+            Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
+            Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
+        .toRotationMatrix();
+  }
+  if (node.has("rpy")) node.fail("expected one of the attributes 'rpy' and 'quat_xyzw'");
+  const std::vector<Scalar> q = node.numbers("quat_xyzw");
+  // literal: files round quaternions; farther from a unit one is a mistake
+  constexpr Scalar kLargestStray = 1e-3;
+  const bool is_unit =
+      q.size() == 4 && std::abs(Quaternion(q[3], q[0], q[1], q[2]).norm() - 1) < kLargestStray;
+  if (!is_unit) node.fail_expected("quat_xyzw", "a unit quaternion x y z w");
+  return Quaternion(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
+}
+
+}  // namespace
+
 RigidPose XmlNode::origin() const {
   const std::optional<XmlNode> node = find("origin");
   if (!node) return RigidPose();
-  const Vector3 rpy = node->vector3_or("rpy", Vector3::Zero());
-  const Matrix3 R =
-      (Eigen::AngleAxisd(rpy.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3::UnitY()) *
-       Eigen::AngleAxisd(rpy.x(), Vector3::UnitX()))
-          .toRotationMatrix();
-  return RigidPose(R, node->vector3_or("xyz", Vector3::Zero()));
+  return RigidPose(rotation_of(*node), node->vector3_or("xyz", Vector3::Zero()));
 }
 
 void XmlNode::fail(const std::string& problem) const {
