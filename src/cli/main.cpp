@@ -88,6 +88,17 @@ std::string unknown_command(CLI::App& app, const Words& words) {
          " --help)";
 }
 
+// A variable that a script did not set would else pass for an option that was not given: without
+// its --scene a path is free of all that stands there.
+std::string empty_argument(const Words& words) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const bool is_named = words[k].starts_with("--") && words[k].ends_with('=');
+    if (is_named) return words[k] + ": an argument is empty";
+    if (words[k].empty()) return (k > 0 ? words[k - 1] + ": " : "") + "an argument is empty";
+  }
+  return {};
+}
+
 // For the first option that the command does not have; empty if none of its own is like it.
 std::string option_suggestion(const CLI::App& command, const Words& words) {
   Words known;
@@ -112,6 +123,9 @@ ExitCode parse(CLI::App& app, Words words, const ExitCode& exit_code) {
     return report(ExitCode::BadInput, problem);
   }
   const Named named = named_command(app, words);
+  if (const std::string problem = empty_argument(words); !problem.empty()) {
+    return report(ExitCode::BadInput, problem + " (see " + named.words + " --help)");
+  }
   try {
     app.parse(Words(words.rbegin(), words.rend()));  // takes the last one first
   } catch (const CLI::Success&) {                    // --help, --version

@@ -124,6 +124,13 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
 }
 
 // Balls of radius 0.5 and 1 with centres 3 apart: 1.5.
+TEST_F(CommandLine, RefusesEmptyArguments) {
+  expect_error({"distance", "sphere:1", ""}, "sphere:1: an argument is empty (see dyop distance");
+  expect_error({"robot", "check", "a", "b", "--scene", ""}, "--scene: an argument is empty");
+  expect_error({"robot", "check", "a", "b", "--scene="}, "--scene=: an argument is empty");
+  expect_error({"", "sphere:1"}, "an argument is empty");
+}
+
 TEST_F(CommandLine, MeasuresADistance) {
   const CommandResult words =
       run_command({"distance", "sphere:0.5", "sphere:1", "--position-a", "-3", "0", "0"});
