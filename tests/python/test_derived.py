@@ -145,12 +145,23 @@ def test_a_method_that_is_missing_or_fails_is_named():
     class Empty(dyop.ConvexShape):
         pass
 
+    class Giving(dyop.ConvexShape):
+        def __init__(self, value):
+            super().__init__()
+            self.value = value
+
+        def core_support(self, direction):
+            return np.full(3, self.value)
+
     class Broken(Circle):
         def pose(self, t):
             raise RuntimeError("no pose today")
 
     with pytest.raises(TypeError, match="Empty must define the method core_support"):
         dyop.distance(Empty(), dyop.RigidPose(), dyop.Sphere(1), dyop.RigidPose())
+    for value in (np.nan, np.inf):
+        with pytest.raises(dyop.InvalidArgument, match="core_support must give a finite point"):
+            dyop.distance(Giving(value), dyop.RigidPose(), dyop.Sphere(1), dyop.RigidPose())
     with pytest.raises(TypeError, match="compute_mass_properties"):
         Lens().compute_mass_properties(1.0)
     with pytest.raises(RuntimeError, match="no pose today"):

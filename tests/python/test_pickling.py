@@ -37,6 +37,23 @@ def test_motions(all_motions, user_motion, protocol):
         assert fields_equal(copied.twist_bound((0.25, 0.75)), bound)
 
 
+def test_methods_called_by_hand_end_nothing(all_shapes, all_motions):
+    things = [*all_shapes, *all_motions, dyop.RigidPose(), dyop.ToiOptions(), dyop.ObstacleSet()]
+    for thing in things:
+        make, arguments, *state = thing.__reduce__()
+        copied = make(*arguments)
+        if state:
+            copied.__setstate__(state[0])
+        assert type(copied) is type(thing)
+    for thing in (dyop.World(), dyop.StopSource()):
+        with pytest.raises(TypeError, match="cannot pickle"):
+            thing.__reduce__()
+    with pytest.raises(TypeError, match="another class"):
+        dyop.RestMotion().__setstate__(None)
+    with pytest.raises(TypeError, match="another class"):
+        dyop.Motion.__init__(dyop.RestMotion())
+
+
 def test_arrays_of_motions():
     points = np.arange(12.0).reshape(4, 3)
     ends = (np.tile([1.0, 0, 0, 0], (4, 1)), points)

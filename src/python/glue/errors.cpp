@@ -135,8 +135,19 @@ void name_argument(PyObject* function, PyObject* args, PyObject* kwargs) {
   }
 }
 
+// The call as pybind11 makes it. What it throws before it looks at the arguments, for a constructor
+// of one class called on an object of another, would end the process.
+PyObject* contained_call(PyObject* self, PyObject* args, PyObject* kwargs) {
+  try {
+    return refusing_call(self, args, kwargs);
+  } catch (const std::exception&) {
+    PyErr_SetString(PyExc_TypeError, "a constructor of another class cannot make this object");
+    return nullptr;
+  }
+}
+
 PyObject* explained_call(PyObject* self, PyObject* args, PyObject* kwargs) {
-  PyObject* result = refusing_call(self, args, kwargs);
+  PyObject* result = contained_call(self, args, kwargs);
   if (result != nullptr) return result;
   if (PyErr_ExceptionMatches(error_types.invalid_argument.ptr()) != 0) {
     name_argument(self, args, kwargs);
@@ -187,6 +198,24 @@ void* refuse_unmade(std::size_t /*size*/) {
 py::object reduce_by_newer_protocols(const py::object& self, int protocol) {
   if (protocol < 2) throw py::type_error("pickle needs protocol 2 or later for this object");
   return py::module_::import("builtins").attr("object").attr("__reduce_ex__")(self, protocol);
+}
+
+// As protocol 2 does it; object.__reduce__() would follow protocol 0, and end the process likewise.
+py::object reduce_by_state(const py::object& self) {
+  const py::type type = py::type::of(self);
+  const py::object object = py::module_::import("builtins").attr("object");
+  const py::object get_state = py::getattr(type, "__getstate__", py::none());
+  if (get_state.is(py::getattr(object, "__getstate__", py::none()))) {
+    const std::string name = py::str(type.attr("__name__"));
+    throw py::type_error("cannot pickle '" + name + "' object");
+  }
+  return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(type),
+                        get_state(self));
+}
+
+bool inherits_reduction(py::handle type) {
+  const py::object own = type.attr("__reduce__");
+  return own.is(py::module_::import("builtins").attr("object").attr("__reduce__"));
 }
 
 }  // namespace
@@ -248,6 +277,9 @@ void refuse_unmade_objects(py::module_& m) {
     info->operator_new = &refuse_unmade;
     member.attr("__reduce_ex__") =
         py::cpp_function(&reduce_by_newer_protocols, py::is_method(member));
+    if (inherits_reduction(member)) {
+      member.attr("__reduce__") = py::cpp_function(&reduce_by_state, py::is_method(member));
+    }
   }
 }
 

@@ -65,14 +65,21 @@ void bind_shape_bases(py::module_& m) {
            "Mass properties of the solid of this density (mass per volume).");
 }
 
+Vector3 support_point_of(const py::handle& value) {
+  const Vector3 point = vector_of(value, "core_support");
+  DYOP_REQUIRE(point.allFinite(), "core_support must give a finite point, not (", point.transpose(),
+               ")");
+  return point;
+}
+
 // The support point that Python gives: a point, or a point and the number of its vertex.
 SupportPoint support_of(const py::object& value) {
   if (py::isinstance<py::tuple>(value) && py::len(value) == 2) {
     const py::tuple pair = value;
-    return {vector_of(pair[0], "core_support"),
+    return {support_point_of(pair[0]),
             read_as<std::int32_t>(pair[1], "the number of a vertex must be an int")};
   }
-  return {vector_of(value, "core_support"), {}};
+  return {support_point_of(value), {}};
 }
 
 /// The C++ part of an object whose class derives from ConvexShape in Python.
