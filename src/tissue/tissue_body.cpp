@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/assert.h"
 #include "core/batch_run.h"
 #include "dyop/core/error.h"
 
@@ -144,7 +145,14 @@ void TissueBody::factorise() {
       }
     }
   }
-  factor_ = NestedCholesky(cells, rows);
+  try {
+    factor_ = NestedCholesky(cells, rows);
+  } catch (const InvalidArgument&) {  // the masses are lost in the rounding of the stiffness
+    throw InvalidArgument(core_internal::compose_message(
+        "SoftTissue: too stiff for double precision: youngs_modulus ", material.youngs_modulus,
+        ", viscosity ", material.viscosity, ", density ", material.density, ", period ", period,
+        ", cube_edge ", options_.cube_edge));
+  }
   if (is_tame(rows)) factor_.round_to_single();
 }
 

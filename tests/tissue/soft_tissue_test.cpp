@@ -409,6 +409,11 @@ TEST(SoftTissue, NamesWhatIsWrong) {
   has(message([](auto& o) { o.most_iterations = 0; }), "most_iterations must be >= 1, not 0");
   has(message([](auto& o) { o.fixed.emplace_back(Vector3(0, std::nan(""), 0), Vector3(1, 1, 1)); }),
       "a fixed box must not be NaN");
+  has(message([](auto& o) {
+        o.material.youngs_modulus = 1e30;
+        o.fixed.clear();
+      }),
+      "too stiff for double precision: youngs_modulus 1e+30, viscosity ");
   const TriangleMesh open({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
   has(message_of([&] { SoftTissue(open, options_for(0.5)); }), "closed");
   SoftTissue tissue(mesh, options_for(0.5));
