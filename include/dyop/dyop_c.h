@@ -8,7 +8,7 @@
  * - Every function returns a dyop_status. No exception leaves the library.
  * - Handles are an index and a generation: a handle whose object was destroyed is
  *   DYOP_STALE_HANDLE, never another object. Zero handles refer to nothing. Handles belong to
- *   their context.
+ *   their context; another one, also one made later, takes them for stale.
  * - Arrays belong to the caller, and are used only during the call.
  * - Structs for options, definitions and results begin with their `size`, so that they can grow:
  *   fill them from the DYOP_..._INIT macros, or in other languages by the dyop_..._init functions.

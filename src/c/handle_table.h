@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <memory_resource>
@@ -9,7 +10,8 @@
 namespace dyop::c {
 
 /// Objects by handle, an index and a generation. A reused slot has a new generation; a slot whose
-/// generations are used up is not reused.
+/// generations are used up is not reused. Tables number generations differently, so that a handle
+/// of one table, as of a context that is gone, means nothing to another.
 template <typename Object>
 class HandleTable {
  public:
@@ -26,7 +28,9 @@ class HandleTable {
     free_.pop_back();
     Slot& slot = slots_[index];
     slot.object = std::move(object);
-    return {index, ++slot.generation};
+    ++slot.generation;
+    if (slot.generation == mask_) ++slot.generation;  // its handle could be zero
+    return {index, slot.generation ^ mask_};
   }
 
   /// Null if the handle is stale.
@@ -34,7 +38,7 @@ class HandleTable {
   std::shared_ptr<Object> find(const Handle& handle) const {
     if (handle.index >= slots_.size()) return nullptr;
     const Slot& slot = slots_[handle.index];
-    return slot.generation == handle.generation ? slot.object : nullptr;
+    return (slot.generation ^ mask_) == handle.generation ? slot.object : nullptr;
   }
 
   /// False if the handle is stale.
@@ -52,6 +56,16 @@ class HandleTable {
     std::shared_ptr<Object> object;
     std::uint32_t generation = 0;
   };
+
+  // The n-th mask differs from earlier ones in high bits, so that generations would have to differ by
+  // very much to make the same handle. Below the last generation.
+  static std::uint32_t next_mask() {
+    static std::atomic<std::uint32_t> count{0};
+    constexpr std::uint32_t kGoldenRatio = 0x9E3779B9;  // its multiples spread evenly
+    return (++count * kGoldenRatio) >> 1;
+  }
+
+  const std::uint32_t mask_ = next_mask();
   std::pmr::vector<Slot> slots_;
   std::pmr::vector<std::uint32_t> free_;
 };

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
 #include <random>
+#include <set>
+#include <vector>
 
 #include "dyop/dyop_c.h"
 
@@ -31,6 +34,21 @@ TEST(HandleTable, FindsWhatALedgerOfHandlesFinds) {
     const std::shared_ptr<int> found = table.find(asked);
     ASSERT_EQ(found != nullptr, expected != living.end());
     ASSERT_TRUE(!found || *found == expected->second);
+  }
+}
+
+TEST(HandleTable, HandlesMeanNothingToOtherTables) {
+  constexpr int kTables = 100;
+  constexpr int kHandles = 50;
+  std::vector<std::unique_ptr<HandleTable<int>>> tables;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> all;
+  for (int i = 0; i < kTables; ++i) {
+    tables.push_back(std::make_unique<HandleTable<int>>(std::pmr::get_default_resource()));
+    for (int k = 0; k < kHandles; ++k) {
+      const auto handle = tables.back()->add<dyop_shape>(std::make_shared<int>(k));
+      EXPECT_TRUE(all.emplace(handle.index, handle.generation).second);
+      if (k % 2 == 0) tables.back()->remove(handle);
+    }
   }
 }
 
