@@ -219,6 +219,8 @@ std::string object(const std::string& body) {
 TEST_F(PlanningSceneFile, NamesWhatItCannotRead) {
   expect_refused("[1]", "an object");
   expect_refused("bodies: []", "expected a planning scene");
+  expect_refused("world: {colision_objects: []}", "unknown key 'colision_objects'");
+  expect_refused(object("primitives: [{type: sphere, dimensions: [1]}], poze: {}"), "key 'poze'");
   expect_refused(object("primitives: []"), "neither primitives nor meshes");
   expect_refused(object("planes: [{coef: [0, 0, 0, 1]}]"), "normal");
   expect_refused(object("planes: [{coef: [0, 0, 1]}]"), "expected at least 4 elements, found 3");

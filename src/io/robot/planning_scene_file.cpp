@@ -265,8 +265,13 @@ void PlanningSceneReader::read_octree(const JsonNode& octomap) {
 void PlanningSceneReader::read_objects() {
   const auto world = root_.find("world");
   if (!world) return;
+  // A misspelt key would lose obstacles, or move them.
+  world->require_object({"collision_objects", "octomap"});
   if (const auto octomap = world->find("octomap")) read_octree(*octomap);
   for (const JsonNode& node : entries(*world, "collision_objects")) {
+    node.require_object({"header", "id", "type", "pose", "primitives", "primitive_poses", "meshes",
+                         "mesh_poses", "planes", "plane_poses", "subframe_names", "subframe_poses",
+                         "operation"});
     const std::string name = node.at("id").text();
     if (!names_.insert(name).second) node.at("id").fail("a second object has this name");
     for (const PlacedShape& placed : read_shapes(node)) {
