@@ -73,6 +73,18 @@ ExitCode exit_code_of(const ToiResult& result, bool fails_on_impact) {
   return ExitCode::Undecided;  // not reached
 }
 
+// A stop, or a limit on the time before the first step, leaves nothing that a replay could repeat.
+// The answer is undecided all the same, not bad input.
+void record_if_repeatable(const std::string& file, const ToiQuery& query, const ToiResult& result) {
+  const bool is_unbegun =
+      result.status == ToiStatus::BudgetExhausted && result.statistics.node_pairs == 0;
+  if (is_unbegun || result.status == ToiStatus::Cancelled) {
+    std::cerr << "dyop: note: " << file << ": not written, as a replay could not stop there\n";
+  } else {
+    write_query_record(file, query, result);
+  }
+}
+
 ExitCode run_toi(const ToiArguments& arguments) {
   for (const std::string& file : {arguments.record_file, arguments.picture_file}) {
     io_internal::require_other_than(file, {arguments.a.shape, arguments.b.shape,
@@ -99,7 +111,9 @@ ExitCode run_toi(const ToiArguments& arguments) {
     std::cout << describe(result) << "  time spent   " << spent.count() << " ms\n";
   }
   // After the answer is printed, so that a failed record does not lose it.
-  if (!arguments.record_file.empty()) write_query_record(arguments.record_file, query, result);
+  if (!arguments.record_file.empty()) {
+    record_if_repeatable(arguments.record_file, query, result);
+  }
   if (!arguments.picture_file.empty()) {
     write_picture(arguments.picture_file, toi_picture(query, result));
   }

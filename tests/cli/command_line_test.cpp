@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
@@ -248,6 +249,17 @@ TEST_F(CommandLine, SaysUndecidedWhenTheBudgetEnds) {
                    "0", "--spin-b", "1", "2", "3", "--max-node-pairs", "1", "--json"});
   EXPECT_EQ(result.exit_code, kUndecided) << result.out;
   EXPECT_EQ(nlohmann::json::parse(result.out).at("status"), "BudgetExhausted");
+}
+
+TEST_F(CommandLine, AnUndecidedQueryWithoutARecordIsStillUndecided) {
+  const std::string cube = write("cube.obj", testing::cube_obj());
+  const std::string record = (directory_.path() / "query.json").string();
+  const CommandResult result =
+      run_command({"toi", cube, cube, "--position-b", "3", "0.5", "0.25", "--velocity-b", "-4", "0",
+                   "0", "--spin-b", "1", "2", "3", "--time-limit", "1e-9", "--record", record});
+  EXPECT_EQ(result.exit_code, kUndecided) << result.out;
+  EXPECT_NE(result.err.find("note: " + record + ": not written"), std::string::npos) << result.err;
+  EXPECT_FALSE(std::filesystem::exists(record));
 }
 
 TEST_F(CommandLine, ReadsAMotionFile) {
