@@ -190,6 +190,8 @@ mistake turn_of_an_approach_forgotten src/toi/deforming/expected_approach.h toi 
   '+ n_W.cross(w_W).norm() * radius' '+ 0 * radius'
 mistake recovery_needed_by_none src/check/laws/laws.cpp check '*' \
   'return kLevers * gaps + joints;' 'return kLevers * gaps;'
+mistake mesh_within_a_tick_not_measured src/haptics/proxy.cpp haptics 'ToolCut*' \
+  $'forget(k);\n      proofs_.measure_new(course_.pose, tick.work);' 'forget(k);'
 mistake broken_joint_forgotten src/io/record/recording_writer.cpp check '*' \
   'found->second > from' 'found->second < from'
 

@@ -269,6 +269,38 @@ TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
   }
 }
 
+// It takes over within the tick, where the motion before it ends; there the tick may be cut off, so
+// that no motion of it has seen the new mesh.
+TEST(ToolCut, AMeshThatTakesOverWithinATickIsReportedWhereverThatIsCutOff) {
+  int ended_there = 0;
+  for (const Scalar height : {0.0, 1.5}) {
+    for (std::int64_t checkpoint = 1; checkpoint < 400; checkpoint += 1 + checkpoint / 8) {
+      Theatre theatre;
+      HapticSession& session = *theatre.session;
+      const auto device = device_at({0.3, 0.2, 1});
+      for (int k = 0; k < 30; ++k) session.update(device, kMillisecond);
+      ASSERT_TRUE(session.give_snapshot(0, theatre.sheet.vertices, 0.4 * kMillisecond));
+      session.update(device, 0);
+      ASSERT_TRUE(theatre.give(at_height(slit(theatre.sheet), height)));
+      const HapticTick& tick = session.replay(device, kMillisecond, TickCutoff{checkpoint, 0});
+      if (session.snapshots_taken(0) < 2) {
+        EXPECT_NE(tick.status, HapticStatus::Overlapping) << checkpoint;
+        continue;
+      }
+      ended_there += std::abs(tick.path.back().time - 0.4 * kMillisecond) < 1e-9 ? 1 : 0;
+      EXPECT_EQ(tick.status == HapticStatus::Overlapping, height > 1) << checkpoint;
+      EXPECT_EQ(session.tissue_vertices(0), theatre.mesh.vertices);
+      const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
+      const auto truth =
+          testing::sample_distance(*theatre.ball, still, theatre.mesh.triangles,
+                                   {theatre.mesh.vertices, theatre.mesh.vertices}, 0, 1e-4);
+      EXPECT_LE(tick.clearances[0].lower, truth.least + 1e-4) << checkpoint;
+      EXPECT_GE(tick.clearances[0].upper, truth.least) << checkpoint;
+    }
+  }
+  EXPECT_GT(ended_there, 4);
+}
+
 // With less work in a tick than it takes to list all pairs that cross, or to prove that they are
 // apart somewhere else.
 TEST(ToolCut, AToolThatIsCutOffInEveryTickGetsOutOfTissue) {

@@ -90,17 +90,28 @@ void TickCheck::check(const HapticSession& session, const DevicePose& device, Sc
       done += time;
     } while (length - done > noise);
   }
-  // The session may have begun the next line at the very end of the tick.
+  // What is reported is about the meshes of the end, which none of the motions may have seen.
+  if (take_over_at_end(session, dt) || path.size() == 1) {
+    const ToolSpanPath rest(path.back().tool, path.back().tool);
+    check_part({rest, 0, 1, 0});
+  }
+  check_clearances();
+  if (path.size() > 1 && number_ % kNowAndThen == 0) check_time_to_breach(dt);
+  check_tissue(session);
+  check_status(device, dt);
+}
+
+// The session may have begun the next line at the very end of the tick.
+// @return Whether one is another mesh.
+bool TickCheck::take_over_at_end(const HapticSession& session, Scalar dt) {
+  bool has_new_mesh = false;
   for (std::size_t k = 0; k < tissue_.size(); ++k) {
     if (obstacles_[k].shape || tissue_[k].lines_begun() >= session.snapshots_taken(k)) continue;
-    if (!(tissue_[k].time_left() > kTissueNoise * dt)) tissue_[k].go_on();
+    if (tissue_[k].time_left() > kTissueNoise * dt) continue;
+    tissue_[k].go_on();
+    has_new_mesh |= tissue_[k].is_new_mesh();
   }
-  if (path.size() > 1) {
-    check_clearances();
-    if (number_ % kNowAndThen == 0) check_time_to_breach(dt);
-    check_tissue(session);
-  }
-  check_status(device, dt);
+  return has_new_mesh;
 }
 
 void TickCheck::check_part(const SpanPart& part) {
@@ -208,11 +219,10 @@ void TickCheck::check_status(const DevicePose& device, Scalar dt) {
   }
   if (status == HapticStatus::Trapped) is_true = done < dt;
   if (status == HapticStatus::Deadline) is_true = tick_->cutoff.has_value();
-  const bool has_moved = tick_->path.size() > 1;
-  if (status == HapticStatus::Recovering && has_moved) {
+  if (status == HapticStatus::Recovering) {
     is_true = start_.least_excess < kTolerance * options_.rest_offset + kRounding;
   }
-  if (status == HapticStatus::Overlapping && has_moved) {
+  if (status == HapticStatus::Overlapping) {
     is_true = start_.least < small;
   }
   findings.wrong_statuses += !is_true;

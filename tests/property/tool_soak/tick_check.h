@@ -74,6 +74,7 @@ class TickCheck {
   TickFindings findings;
 
  private:
+  bool take_over_at_end(const HapticSession& session, Scalar dt);
   void check_part(const SpanPart& part);
   void check_pair(std::size_t obstacle, std::size_t body, const SpanPart& part);
   void check_clearances();

@@ -59,7 +59,7 @@ long resident_kilobytes() {
 
 struct Totals {
   std::int64_t ticks = 0, cut_off = 0;
-  std::array<std::int64_t, 9> statuses{};
+  std::array<std::int64_t, 10> statuses{};
   std::int64_t jumps = 0, nans = 0, doubled = 0, dropped = 0, late = 0, late_snapshots = 0;
   std::int64_t cuts = 0, traps_before_cuts = 0;
   std::int64_t faults_refused = 0, faults_taken = 0;  // snapshots
@@ -403,7 +403,7 @@ void print_totals(Totals& totals, const TickFindings& findings) {
   print("  faulty snapshots refused", totals.faults_refused);
   print("  faulty snapshots taken", totals.faults_taken);
   constexpr const char* kNames[] = {"not run", "free",       "held",        "blocked", "deadline",
-                                    "trapped", "recovering", "overlapping", "invalid"};
+                                    "trapped", "recovering", "overlapping", "invalid", "outlier"};
   for (std::size_t k = 0; k < totals.statuses.size(); ++k) {
     if (totals.statuses[k] > 0) std::printf("  %s", kNames[k]), print("", totals.statuses[k]);
   }
