@@ -126,7 +126,7 @@ bool refresh_contacts(PairState& pair, const BodyRecord& a, const RigidPose& X_W
   const Shape& shape_a = *a.definition.shape;
   const Shape& shape_b = *b.definition.shape;
   update_neighbours(pair, shape_a, X_WA, shape_b, X_WB, reach + options.max_drift, shift_W, turn_W);
-  const UseOfNeighbours use(workspace, pair.neighbours);
+  const ScopedUse use(workspace.impl().neighbours, pair.neighbours);
   pair.contacts.refresh(shape_a, X_WA, shape_b, X_WB, reach, options, workspace);
   return !pair.contacts.contacts().empty();
 }

@@ -84,7 +84,7 @@ void RigidObstacle::add_holds(const ToolBody& body, const RigidPose& X_WB,
                               std::vector<HoldPoint>& holds) const {
   // All or nothing: only the tick's end ends it.
   SmallPieces interrupt(share.clock);
-  const contact_internal::UseOfApproach use(memory.contact_workspace, approach);
+  const contact_internal::ScopedUse use(memory.contact_workspace.impl().approach, approach);
   generate_contacts(*shape_, X_WA_, *body.shape, X_WB, approach.largest_needed_gap(), {},
                     memory.contact_workspace, memory.contacts, &interrupt);
   for (const ContactPoint& contact : memory.contacts) {

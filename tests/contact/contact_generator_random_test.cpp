@@ -267,7 +267,7 @@ TEST(ContactGenerator, LeavesOutOnlyWhatDoesNotMatterForAnApproach) {
     const std::vector<ContactPoint> all =
         generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach);
     {
-      const contact_internal::UseOfApproach use(workspace, approach);
+      const contact_internal::ScopedUse use(workspace.impl().approach, approach);
       generate_contacts(*pair.a, pair.X_WA, *pair.b, pair.X_WB, pair.reach, {}, workspace, kept);
     }
     const auto place = [](const ContactPoint& x, const ContactPoint& y) {

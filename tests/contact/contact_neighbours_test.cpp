@@ -53,7 +53,7 @@ TEST(ContactNeighbours, GiveTheContactsThatTheTreesDo) {
         std::vector<ContactPoint> by_tree, by_list;
         generate_contacts(a, X_WA, b, X_WB, reach, {}, workspace, by_tree);
         {
-          const contact_internal::UseOfNeighbours use(workspace, list);
+          const contact_internal::ScopedUse use(workspace.impl().neighbours, list);
           generate_contacts(a, X_WA, b, X_WB, reach, {}, workspace, by_list);
         }
         ASSERT_EQ(by_tree.size(), by_list.size());

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "contact/generation/contact_surface.h"
@@ -114,33 +115,17 @@ struct ContactWorkspace::Impl {
 
 namespace contact_internal {
 
-/// While this lives, contacts of the two shapes of a neighbour list are looked for with it.
-class UseOfNeighbours {
+/// While this lives, calls with a workspace use something besides: its `neighbours` or `approach`.
+template <typename Used>
+class ScopedUse {
  public:
-  UseOfNeighbours(ContactWorkspace& workspace, NeighbourList& neighbours) : workspace_(workspace) {
-    workspace_.impl().neighbours = &neighbours;
-  }
-  ~UseOfNeighbours() { workspace_.impl().neighbours = nullptr; }
-  UseOfNeighbours(const UseOfNeighbours&) = delete;
-  UseOfNeighbours& operator=(const UseOfNeighbours&) = delete;
+  ScopedUse(Used*& place, std::type_identity_t<Used>& used) : place_(place) { place_ = &used; }
+  ~ScopedUse() { place_ = nullptr; }
+  ScopedUse(const ScopedUse&) = delete;
+  ScopedUse& operator=(const ScopedUse&) = delete;
 
  private:
-  ContactWorkspace& workspace_;
-};
-
-/// While this lives, contacts are left out that do not matter for an approach.
-class UseOfApproach {
- public:
-  UseOfApproach(ContactWorkspace& workspace, const ExpectedApproach& approach)
-      : workspace_(workspace) {
-    workspace_.impl().approach = &approach;
-  }
-  ~UseOfApproach() { workspace_.impl().approach = nullptr; }
-  UseOfApproach(const UseOfApproach&) = delete;
-  UseOfApproach& operator=(const UseOfApproach&) = delete;
-
- private:
-  ContactWorkspace& workspace_;
+  Used*& place_;
 };
 
 }  // namespace contact_internal

@@ -764,7 +764,7 @@ std::optional<MeasuredEnds> measured_end_gaps(const PairAtEnd& pair,
     ++count;
     reach = std::max(reach, searches.back()->place.reach);
   }
-  const UseOfNeighbours use(workspace, neighbours);
+  const ScopedUse use(workspace.impl().neighbours, neighbours);
   EndSearchLimit limit(limits,
                        reach > kFarReach * (pair.lengths.rest_gap() + pair.lengths.rest_offset));
   const bool are_meshes =
