@@ -82,6 +82,21 @@ void PairProofs::measure_new(const ToolPoses& poses, TickStatistics& work) {
   }
 }
 
+ToolSet PairProofs::measure_crossing(const ToolPoses& poses, TickStatistics& work) {
+  ToolSet recovering;
+  WorkClock endless;
+  WorkShare all(endless);
+  for (ProxyPair& pair : pairs_) {
+    if (!pair.is_overlapping) continue;
+    measure(poses, pair, {}, all, work);
+    const Scalar lower = pair.distance.lower;
+    pair.is_overlapping = !(lower > 0);
+    const bool is_within = lower > 0 && lower <= scene_.obstacles[pair.obstacle]->margin;
+    if (is_within) recovering |= tools_of(pair);
+  }
+  return recovering;
+}
+
 NewNeighbours PairProofs::beside_new() const {
   NewNeighbours tools;
   for (const ProxyPair& pair : pairs_) {

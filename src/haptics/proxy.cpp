@@ -226,7 +226,10 @@ void Proxy::finish(bool was_standing, Following& tick) {
     stuck_ticks_ = has_moved ? 0 : std::min(stuck_ticks_ + 1, kStuckTicks);
   }
   for (const auto& obstacle : scene_.obstacles) obstacle->end_tick();
-  // As they were left, also where a tick was cut off before it came to the pair.
+  // Also where a tick was cut off before it came to the pair.
+  if (tick.clock.cutoff()) {
+    tick.report.recovering |= proofs_.measure_crossing(course_.pose, tick.work);
+  }
   for (const ProxyPair& pair : proofs_.pairs()) {
     if (pair.is_overlapping) tick.report.overlapping |= proofs_.tools_of(pair);
   }
