@@ -6,16 +6,10 @@
 // which cannot be paused.
 // Usage: DYOP_PAGE_MODULES=... node check_live.mjs CHROMIUM DYOP SCENE.json [tool]
 import {spawn} from 'node:child_process';
-import {createRequire} from 'node:module';
-import os from 'node:os';
-import path from 'node:path';
 import readline from 'node:readline';
+import {kLongest, launch} from './browser.mjs';
 
 const [chromium, dyop, scene, kind = 'world'] = process.argv.slice(2);
-const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
-const puppeteer = require('puppeteer-core');
-
-const kLongest = 180000;  // milliseconds, for one answer of a loaded machine
 
 let failures = 0;
 function check(holds, words) {
@@ -39,18 +33,12 @@ const address = await new Promise((done) => {
 });
 check(/^http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\/$/.test(address), `the address ${address}`);
 
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  headless: true,
-  timeout: kLongest,
-  protocolTimeout: kLongest,
-  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader'],
-});
+const browser = await launch(chromium);
 const problems = [];
 async function open() {
   const page = await browser.newPage();
   page.setDefaultTimeout(kLongest);
-  await page.setViewport({width: 800, height: 500});
+  await page.setViewport({width: 500, height: 320});
   page.on('console', (message) => message.type() === 'error' && problems.push(message.text()));
   page.on('pageerror', (error) => problems.push(String(error)));
   await page.goto(address);

@@ -2,16 +2,12 @@
 // Checks a page in headless Chromium against facts of its run; tests/screenshots.sh takes pictures of pages.
 // Usage: DYOP_PAGE_MODULES=... node check_page.mjs CHROMIUM PAGE.html FACTS.json
 // Exit code 0 if every check passes; each failure is one line.
-import {createRequire} from 'node:module';
 import fs from 'node:fs';
-import os from 'node:os';
-import path from 'node:path';
 import {pathToFileURL} from 'node:url';
 import {inflateSync} from 'node:zlib';
+import {kLongest, launch, require} from './browser.mjs';
 
 const [chromium, file, factsFile] = process.argv.slice(2);
-const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
-const puppeteer = require('puppeteer-core');
 const facts = JSON.parse(fs.readFileSync(factsFile, 'utf8'));
 
 let failures = 0;
@@ -59,19 +55,14 @@ function pixelsOf(png) {
   };
 }
 
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  headless: true,
-  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader',
-         '--force-device-scale-factor=1', '--hide-scrollbars'],
-});
+const browser = await launch(chromium);
 const problems = [];
 let requests = 0;
 
-async function open(hash, {width = 1000, height = 640, theme = 'light'} = {}) {
+async function open(hash, {width = 920, height = 480} = {}) {
   const page = await browser.newPage();
   await page.setViewport({width, height});
-  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: theme}]);
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'light'}]);
   page.on('console', (message) => {
     if (message.type() === 'error') problems.push(message.text());
   });
@@ -80,7 +71,7 @@ async function open(hash, {width = 1000, height = 640, theme = 'light'} = {}) {
     if (!/^(file|data|blob):/.test(request.url())) ++requests;
   });
   await page.goto(pathToFileURL(file) + hash);
-  await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: 120000});
+  await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: kLongest});
   return page;
 }
 
@@ -219,7 +210,7 @@ async function checkPlay(page) {
   await page.keyboard.press('Home');
   const before = await page.evaluate(() => window.dyop.player.t);
   await page.keyboard.press(' ');
-  await page.waitForFunction((t) => window.dyop.player.t > t, {timeout: 60000}, before);
+  await page.waitForFunction((t) => window.dyop.player.t > t, {timeout: kLongest}, before);
   await page.keyboard.press(' ');
   const [playing, t] = await page.evaluate(() => [window.dyop.player.isPlaying, window.dyop.player.t]);
   check(!playing || t >= facts.end, 'the space bar does not pause');
@@ -561,18 +552,27 @@ async function checkAccess() {
   } catch {
     return console.log('axe-core is not installed: bash .ci/install.sh page');
   }
-  for (const options of [{}, {theme: 'dark'}, {width: 390, height: 844}]) {
-    const page = await open('', options);
-    await page.evaluate(axe);
-    if (await page.$eval('#panel', ({hidden}) => hidden)) await page.keyboard.press('p');
+  const checkTabs = async (page, words) => {
     for (const tab of ['data', 'curves', 'events', 'bodies', 'view']) {
       await page.click(`[data-tab=${tab}]`);
       await settled(page);
       const {violations} = await page.evaluate(() => window.axe.run());
-      for (const {id, nodes} of violations) check(false, `axe, ${tab} ${JSON.stringify(options)}: ${id}: ${nodes[0].html}`);
+      for (const {id, nodes} of violations) check(false, `axe, ${tab} ${words}: ${id}: ${nodes[0].html}`);
     }
-    await page.close();
-  }
+  };
+  const page = await open('');
+  await page.evaluate(axe);
+  await checkTabs(page, 'light');
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
+  await page.waitForFunction("document.documentElement.dataset.theme === 'dark'", {timeout: kLongest});
+  await checkTabs(page, 'dark');
+  await page.close();
+  const phone = await open('', {width: 390, height: 844});
+  await phone.evaluate(axe);
+  check(await phone.$eval('#panel', ({hidden}) => hidden), 'a phone shows the picture first');
+  await phone.keyboard.press('p');
+  await checkTabs(phone, 'on a phone');
+  await phone.close();
 }
 
 async function checkFilm() {
@@ -585,7 +585,7 @@ async function checkFilm() {
 async function checkLink(page) {
   const camera = () => page.evaluate(() => window.dyop.player.stage.camera.position.toArray());
   await page.evaluate(() => window.dyop.player.seek(window.dyop.run.end / 3));
-  await page.keyboard.press('y');
+  for (const key of [']', 'g', 'o', 't', 'c', 'y']) await page.keyboard.press(key);
   const [link, t, position] = [await page.evaluate(() => location.hash),
                                await page.evaluate(() => window.dyop.player.t), await camera()];
   const other = await open(link);
@@ -593,16 +593,13 @@ async function checkLink(page) {
   const restored = await other.evaluate(() => window.dyop.player.stage.camera.position.toArray());
   const off = Math.hypot(...restored.map((x, k) => x - position[k])) / Math.hypot(...position);
   check(off < 1e-4, `the link restores the camera to ${off}`);
-  await other.close();
   // What is shown, too.
-  for (const key of [']', 'g', 'o', 't', 'c', 'y']) await page.keyboard.press(key);
   const shown = () => {
     const {chosen, view, coloring, overlays} = window.dyop.player;
     return JSON.stringify([chosen.body.name, view, coloring, overlays.show]);
   };
-  const again = await open(await page.evaluate(() => location.hash));
-  check(await again.evaluate(shown) === await page.evaluate(shown), 'the link restores what is shown');
-  await again.close();
+  check(await other.evaluate(shown) === await page.evaluate(shown), 'the link restores what is shown');
+  await other.close();
 }
 
 try {

@@ -1,36 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Checks the page of a tool's run in headless Chromium against facts of the run.
-// Usage: DYOP_PAGE_MODULES=... node check_tool_page.mjs CHROMIUM PAGE.html FACTS.json
+// Checks pages of a tool's runs in headless Chromium against facts of the runs.
+// Usage: DYOP_PAGE_MODULES=... node check_tool_page.mjs CHROMIUM (PAGE.html FACTS.json)...
 // Exit code 0 if every check passes; each failure is one line.
-import {createRequire} from 'node:module';
 import fs from 'node:fs';
-import os from 'node:os';
-import path from 'node:path';
 import {pathToFileURL} from 'node:url';
+import {kLongest, launch} from './browser.mjs';
 
-const [chromium, file, factsFile] = process.argv.slice(2);
-const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
-const puppeteer = require('puppeteer-core');
-const facts = JSON.parse(fs.readFileSync(factsFile, 'utf8'));
-
-const kLongest = 180000;  // milliseconds, for one answer of a loaded machine
+const [chromium, ...files] = process.argv.slice(2);
 
 let failures = 0;
+let current = '';
 function check(holds, words) {
   if (holds) return;
   ++failures;
-  console.log(`FAILED: ${words}`);
+  console.log(`FAILED: ${current}: ${words}`);
 }
 
 const off = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
 
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  timeout: kLongest,
-  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader'],
-});
-try {
+const browser = await launch(chromium);
+
+async function checkPage(file, facts) {
   const page = await browser.newPage();
+  await page.setViewport({width: 500, height: 320});
   page.setDefaultTimeout(kLongest);
   page.on('pageerror', (error) => check(false, `error in the page: ${error.message}`));
   await page.goto(pathToFileURL(file).href);
@@ -62,26 +54,40 @@ try {
   });
   check(axis.marks > 0 && axis.states > 0, `${axis.marks} marks, ${axis.states} states`);
   check(axis.missing.length === 0, `not painted on the time axis: ${axis.missing}`);
-  for (const {body, t, is} of facts.present) {
-    const isShown = await page.evaluate((b, at) => window.dyop.run.isPresent(window.dyop.run.bodies[b], at), body, t);
-    check(isShown === is, `body ${body} at ${t} is ${isShown ? '' : 'not '}there`);
-  }
-  for (const {body, t, p, q} of facts.poses) {
-    const state = await page.evaluate((b, at) => window.dyop.state(b, at), body, t);
+  const present = await page.evaluate((queries) => queries.map(([b, at]) => window.dyop.run.isPresent(window.dyop.run.bodies[b], at)),
+                                      facts.present.map(({body, t}) => [body, t]));
+  facts.present.forEach(({body, t, is}, k) => check(present[k] === is, `body ${body} at ${t} is ${present[k] ? '' : 'not '}there`));
+  const states = await page.evaluate((queries) => window.dyop.states(queries), facts.poses.map(({body, t}) => [body, t]));
+  facts.poses.forEach(({body, t, p, q}, k) => {
+    const state = states[k];
     check(off(state.p, p) <= 0.3 * facts.rest_offset, `body ${body} at ${t}: ${state.p}, not ${p}`);
     const turned = Math.min(off(state.q, q), off(state.q, q.map((x) => -x)));
     check(turned < 1e-3, `body ${body} at ${t} is turned by ${turned}`);
-  }
-  for (const {body, t, low, high} of facts.boxes) {
-    const drawn = await page.evaluate((b, at) => {
-      const {player, run: all} = window.dyop;
+  });
+  // What is handed to the renderer; it takes most of the time, and draws once in twenty pictures.
+  const boxes = await page.evaluate((queries) => {
+    const {player, run: all} = window.dyop;
+    const {renderer} = player.stage;
+    const render = renderer.render.bind(renderer);
+    return queries.map(([b, at], k) => {
+      renderer.render = k % 20 === 0 ? render : () => {};
       player.seek(at);
       window.dyop.draw();
       const {min, max} = player.stage.shapes[all.bodies[b].shape].geometry.boundingBox;
       return {low: min.toArray(), high: max.toArray()};
-    }, body, t);
-    const worst = Math.max(off(drawn.low, low), off(drawn.high, high));
+    });
+  }, facts.boxes.map(({body, t}) => [body, t]));
+  facts.boxes.forEach(({body, t, low, high}, k) => {
+    const worst = Math.max(off(boxes[k].low, low), off(boxes[k].high, high));
     check(worst <= facts.rest_offset, `tissue ${body} at ${t} is off by ${worst}`);
+  });
+  await page.close();
+}
+
+try {
+  for (let k = 0; k < files.length; k += 2) {
+    current = files[k];
+    await checkPage(files[k], JSON.parse(fs.readFileSync(files[k + 1], 'utf8')));
   }
 } finally {
   await browser.close();

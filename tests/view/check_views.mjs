@@ -5,15 +5,11 @@
 //   close_up  the width of a gap in pixels of the picture
 // Usage: DYOP_PAGE_MODULES=... node check_views.mjs CHROMIUM KIND FACTS.json PAGE.html...
 // Exit code 0 if every check passes; each failure is one line.
-import {createRequire} from 'node:module';
 import fs from 'node:fs';
-import os from 'node:os';
-import path from 'node:path';
 import {pathToFileURL} from 'node:url';
+import {kLongest, launch} from './browser.mjs';
 
 const [chromium, kind, factsFile, ...files] = process.argv.slice(2);
-const require = createRequire(path.join(path.resolve(process.env.DYOP_PAGE_MODULES), 'x.js'));
-const puppeteer = require('puppeteer-core');
 const facts = JSON.parse(fs.readFileSync(factsFile, 'utf8'));
 
 let failures = 0;
@@ -23,11 +19,7 @@ function check(holds, words) {
   console.log(`FAILED: ${words}`);
 }
 
-const browser = await puppeteer.launch({
-  executablePath: chromium,
-  args: [...(os.userInfo().uid === 0 ? ['--no-sandbox'] : []), '--enable-unsafe-swiftshader',
-         '--force-device-scale-factor=1', '--hide-scrollbars'],
-});
+const browser = await launch(chromium, {smoothsEdges: kind === 'close_up'});
 
 async function open(file, {width = 900, height = 560} = {}) {
   const page = await browser.newPage();
@@ -35,7 +27,7 @@ async function open(file, {width = 900, height = 560} = {}) {
   page.on('console', (message) => check(message.type() !== 'error', `the console says ${message.text()}`));
   page.on('pageerror', (error) => check(false, `error in the page: ${error.message}`));
   await page.goto(pathToFileURL(file).href);
-  await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: 120000});
+  await page.waitForFunction('window.dyop && window.dyop.isReady', {timeout: kLongest});
   return page;
 }
 
@@ -150,7 +142,7 @@ async function checkLarge() {
     window.dyop.player.speed = 4;
     window.dyop.player.play(true);
   });
-  await large.waitForFunction('!window.dyop.player.isPlaying', {timeout: 60000});
+  await large.waitForFunction('!window.dyop.player.isPlaying', {timeout: kLongest});
   check(await large.evaluate(() => window.dyop.player.t === window.dyop.run.end), 'a run in chunks plays to its end');
 }
 
@@ -178,7 +170,7 @@ async function checkCoarse(page) {
   check(!coarse.shadows && fine.shadows && coarse.width < 0.7 * fine.width, `pictures of ${coarse.width} and ${fine.width} pixels`);
   // By itself, too.
   await page.evaluate(() => window.dyop.show(window.dyop.run.begin));
-  await page.waitForFunction((width) => window.dyop.player.stage.canvas.width === width, {timeout: 60000}, fine.width);
+  await page.waitForFunction((width) => window.dyop.player.stage.canvas.width === width, {timeout: kLongest}, fine.width);
   await page.evaluate(() => (window.dyop.player.stage.isFine = true));
 }
 

@@ -7,7 +7,9 @@ import {newState} from './motion.js';
 import {Player} from './player.js';
 import {Run} from './run.js';
 
-const kReadingTurn = 200;  // milliseconds of reading between two pictures
+// Milliseconds of reading between two pictures. Those of a run that is over are spaced out: each time
+// is twice the last one, so that pictures hold up the reading by little.
+const kReadingTurn = 200;
 
 const byId = (id) => document.getElementById(id);
 
@@ -95,6 +97,7 @@ function pleasantSpeed(span) {
 async function readAll(player, run, blocks) {
   let waiting;
   let other;
+  let turn = kReadingTurn;
   for await (const block of blocks) {
     if (block.block === 'scene') {
       other = new Run(block);
@@ -104,8 +107,9 @@ async function readAll(player, run, blocks) {
     if (block.block === 'chunk') continue;  // changes no picture until its time is looked at
     waiting ??= setTimeout(() => {
       waiting = undefined;
+      if (!player.isLive) turn *= 2;
       player.grown();
-    }, kReadingTurn);
+    }, turn);
   }
   clearTimeout(waiting);
   player.grown();
