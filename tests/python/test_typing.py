@@ -28,32 +28,39 @@ def snippets():
             yield f"{page.stem.lower().replace('-', '_')}_{number}.py", text
 
 
-def check(files, folder):
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """What mypy knows of other modules, read once."""
+    return tmp_path_factory.mktemp("mypy_cache")
+
+
+def check(files, folder, cache):
     (folder / "mypy.ini").write_text(CONFIG)
     environment = dict(os.environ, MYPYPATH=str(Path(dyop.__file__).parents[1]))
-    command = [sys.executable, "-m", "mypy", "--config-file", "mypy.ini", *map(str, files)]
+    command = [sys.executable, "-m", "mypy", "--config-file", "mypy.ini", "--cache-dir", str(cache)]
+    command += map(str, files)
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_examples(tmp_path):
+def test_examples(tmp_path, cache):
     examples = sorted((ROOT / "examples" / "python").glob("*.py"))
     assert len(examples) >= 8
-    check(examples, tmp_path)
+    check(examples, tmp_path, cache)
 
 
-def test_snippets_of_the_docs(tmp_path):
+def test_snippets_of_the_docs(tmp_path, cache):
     files = []
     for name, text in snippets():
         files.append(tmp_path / name)
         files[-1].write_text(text)
     assert {"readme_0.py", "python_0.py", "robots_0.py"} <= {file.name for file in files}
-    check(files, tmp_path)
+    check(files, tmp_path, cache)
 
 
-def test_wrong_types_are_noticed(tmp_path):
+def test_wrong_types_are_noticed(tmp_path, cache):
     (tmp_path / "wrong.py").write_text(
         'import dyop\ndyop.Sphere("1")\ndyop.ToiOptions(colour=1)\ndyop.Box("1", 2)\n'
     )
     with pytest.raises(AssertionError, match="Found 3 errors"):
-        check([tmp_path / "wrong.py"], tmp_path)
+        check([tmp_path / "wrong.py"], tmp_path, cache)

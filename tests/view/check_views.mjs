@@ -21,7 +21,7 @@ function check(holds, words) {
 
 const browser = await launch(chromium, {smoothsEdges: kind === 'close_up'});
 
-async function open(file, {width = 900, height = 560} = {}) {
+async function open(file, {width = 600, height = 380} = {}) {
   const page = await browser.newPage();
   await page.setViewport({width, height});
   page.on('console', (message) => check(message.type() !== 'error', `the console says ${message.text()}`));
@@ -175,7 +175,7 @@ async function checkCoarse(page) {
 }
 
 async function checkCompare() {
-  const page = await open(files[0], {width: 1200});
+  const page = await open(files[0], {width: 1000});
   const found = await page.evaluate((times) => {
     const {player} = window.dyop;
     return times.map((t) => {
@@ -231,7 +231,7 @@ async function checkCompare() {
   check(shown[0][0] === shown[1][0] && shown[0][1] === shown[1][1], `pictures of ${shown[0].slice(0, 2)} and ${shown[1].slice(0, 2)} pixels`);
   check(shown.every((list) => list.length > 4), `only ${shown.map((list) => list.length - 2)} colours are seen`);
   // A run beside itself.
-  const same = await open(files[1], {width: 1200});
+  const same = await open(files[1], {width: 1000});
   const words = await same.evaluate(() => {
     window.dyop.player.seek(window.dyop.run.end / 2);
     window.dyop.player.draw();
@@ -242,7 +242,7 @@ async function checkCompare() {
 
 // The width of the gap along the line of the nearest points, in the picture and as it should be.
 async function checkCloseUp() {
-  const page = await open(files[0]);
+  const page = await open(files[0], {width: 900, height: 560});
   for (const {t, gap} of facts.gaps) {
     const {seen, expected} = await page.evaluate((at) => {
       const {player, project} = window.dyop;
