@@ -66,8 +66,8 @@ TEST(RecordingDamage, OfOneBitIsAnErrorOrChangesNothing) {
   const fs::path file = directory.path() / "run.h5";
   testing::record_busy_run(file);
   EXPECT_GT(testing::flip_bits(
-                file, [&] { return content_of(file); }, 300),
-            30);
+                file, [&] { return content_of(file); }, 120),
+            12);
 }
 
 TEST(RecordingDamage, AFileHasOneWriter) {
