@@ -103,7 +103,8 @@ void ActiveContacts::forget(std::size_t obstacle) {
 void ActiveContacts::forget_all() {
   holds_.clear();
   last_holds_.clear();
-  was_hasty_ = false;
+  has_searched_ = false;
+  skips_search_ = false;
   search_work_ = 0;
   reach_part_ = 1;
 }
@@ -123,7 +124,8 @@ Scalar ActiveContacts::least_reach(const Obstacle& obstacle, Scalar part) const 
 // tick goes on with what is known.
 void ActiveContacts::gather(const Course& course, const ToolSteps& wish, Scalar duration,
                             PairProofs& proofs, WorkClock& clock) {
-  if (std::exchange(was_hasty_, false)) return carry(course, proofs);
+  has_searched_ = !std::exchange(skips_search_, false);
+  if (!has_searched_) return carry(course, proofs);
   found_.clear();
   const std::int64_t before = clock.checkpoints();
   WorkShare share(clock, std::max(kSearchWork, 2 * search_work_));
@@ -216,7 +218,7 @@ void ActiveContacts::release() {
 
 // The search was cut off: what it found, besides what was known.
 void ActiveContacts::keep_found(const Course& course, const PairProofs& proofs) {
-  was_hasty_ = true;
+  skips_search_ = true;
   reach_part_ = std::max(kLeastReachPart, kFastestShrink * reach_part_);
   carry(course, proofs);
   for (const HoldPoint& hold : found_) {

@@ -47,8 +47,10 @@ class ActiveContacts {
   /// impulses that they had.
   void gather(const Course& course, const ToolSteps& wish, Scalar duration, PairProofs& proofs,
               WorkClock& clock);
-  /// Whether the last search was cut off.
-  bool was_hasty() const { return was_hasty_; }
+  /// Whether that searched, and did not go on with what was known.
+  bool has_searched() const { return has_searched_; }
+  /// The next gather() goes on with what is known: nothing has moved since.
+  void skip_next_search() { skips_search_ = true; }
   /// What holds stands now.
   void release();
   /// The step nearest to the goal's wish that they admit.
@@ -117,7 +119,8 @@ class ActiveContacts {
   Kept kept_;
   ToolPoses holds_from_;          // where they were found
   Scalar holds_since_ = 0;        // time since then
-  bool was_hasty_ = false;        // the last search was cut off
+  bool has_searched_ = false;     // in the last gather()
+  bool skips_search_ = false;     // in the next one
   std::int64_t search_work_ = 0;  // pieces of the last search
   Scalar reach_part_ = 1;         // of the reach beyond the rest gap
   std::vector<HoldPoint> last_holds_;

@@ -237,6 +237,9 @@ void Proxy::finish(bool was_standing, Following& tick) {
   if (was_standing || stuck_ticks_ < kStuckTicks) {
     take_pace(tick.clock.cutoff().has_value(), tick.work.pieces > 0);
   }
+  // The same search would take the same time from the proof, which has to begin again.
+  const bool has_stayed = tick.clock.cutoff() && tick.work.pieces == 0;
+  if (has_stayed && contacts_.has_searched()) contacts_.skip_next_search();
 }
 
 // Until the next obstacle ends its motion; those that have ended theirs start the next.
@@ -277,7 +280,8 @@ bool Proxy::is_at(std::size_t tool, const ToolPose& goal) const {
 void Proxy::take_pace(bool was_cut, bool has_moved) {
   Scalar& pace = course_.pace;
   if (!was_cut) pace = std::min(Scalar{1}, 2 * pace);
-  if (was_cut && !has_moved && !contacts_.was_hasty()) pace = std::max(kLeastPace, pace / 2);
+  // A tick that searched may have left too little time for its motion; the next one does not.
+  if (was_cut && !has_moved && !contacts_.has_searched()) pace = std::max(kLeastPace, pace / 2);
 }
 
 // --- a motion -----------------------------------------------------------------------------------

@@ -205,6 +205,44 @@ TEST(WorkLimit, AShaftInAFinelyMeshedBoreIsSolvedInEveryTick) {
   EXPECT_LT(session.last().statistics.work, 3000);
 }
 
+// A closed prism about z.
+testing::MeshArrays shaft(Scalar radius, Scalar half_length, int around, int along) {
+  testing::MeshArrays arrays = bore(radius, half_length, around, along);
+  for (auto& triangle : arrays.triangles) std::swap(triangle[1], triangle[2]);
+  for (const Scalar side : {-1.0, 1.0}) {
+    const auto middle = std::int32_t(arrays.vertices.size());
+    const std::int32_t first = side < 0 ? 0 : along * around;
+    arrays.vertices.emplace_back(0, 0, side * half_length);
+    for (std::int32_t i = 0; i < around; ++i) {
+      const std::int32_t a = first + i, b = first + (i + 1) % around;
+      arrays.triangles.push_back(side < 0 ? std::array{middle, b, a} : std::array{middle, a, b});
+    }
+  }
+  return arrays;
+}
+
+// Thousands of pairs of facets are near each other: the search for contacts and the proof of a motion
+// do not both fit into a tick.
+TEST(WorkLimit, AMeshedShaftInABoreFollowsThoughTicksAreCutOff) {
+  for (const int around : {32, 64, 128}) {
+    HapticScene scene;
+    scene.tool.push_back({testing::shared_mesh(shaft(1.95, 15, around, around / 3)), RigidPose()});
+    scene.obstacles.push_back(testing::rigid_tissue(testing::shared_mesh(bore(2, 10, 128, 40))));
+    HapticSession session(scene, testing::haptic_options());
+    int cut = 0, still = 0;
+    for (int k = 0; k < 160; ++k) {
+      const Scalar before = session.last().tool.X_WT.translation().z();
+      session.update(device_at({0.03, 0.5, 0.02 * std::min(k, 100)}), kMillisecond);
+      const Scalar moved = session.last().tool.X_WT.translation().z() - before;
+      still = k < 100 && moved < 1e-5 ? still + 1 : 0;
+      EXPECT_LT(still, 80) << around << ' ' << k;
+      cut += session.last().cutoff.has_value();
+    }
+    EXPECT_NEAR(session.last().tool.X_WT.translation().z(), 2, 0.01) << around;
+    EXPECT_GT(cut, 20) << around;
+  }
+}
+
 TEST(WorkLimit, RefusesTooLittle) {
   const Jumps jumps(9);
   const std::string message =
