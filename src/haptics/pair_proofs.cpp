@@ -32,6 +32,9 @@ constexpr std::size_t kReservedPairs = 4096;
 // offset and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
+// Checkpoints for pairs that crossed, after a tick was cut off.
+constexpr std::int64_t kCrossingWork = 2000;
+
 // It is then measured to this fraction of what is allowed, so that it lasts a while.
 constexpr Scalar kMeasuredShare = 0.9;
 
@@ -85,13 +88,15 @@ void PairProofs::measure_new(const ToolPoses& poses, TickStatistics& work) {
 ToolSet PairProofs::measure_crossing(const ToolPoses& poses, TickStatistics& work) {
   ToolSet recovering;
   WorkClock endless;
-  WorkShare all(endless);
+  WorkShare share(endless, kCrossingWork);
   for (ProxyPair& pair : pairs_) {
-    if (!pair.is_overlapping) continue;
-    measure(poses, pair, {}, all, work);
+    if (!pair.is_overlapping || share.is_used_up()) continue;
+    const Scalar margin = scene_.obstacles[pair.obstacle]->margin;
+    const Scalar rest = scene_.options.rest_offset;
+    measure(poses, pair, {margin + rest, rest, kVagueShare * rest}, share, work);
     const Scalar lower = pair.distance.lower;
     pair.is_overlapping = !(lower > 0);
-    const bool is_within = lower > 0 && lower <= scene_.obstacles[pair.obstacle]->margin;
+    const bool is_within = lower > 0 && lower <= margin;
     if (is_within) recovering |= tools_of(pair);
   }
   return recovering;

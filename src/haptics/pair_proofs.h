@@ -70,8 +70,8 @@ class PairProofs {
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(const ToolPoses& poses, WorkShare share, TickStatistics& work);
   NewNeighbours beside_new() const;
-  /// Measures the pairs that crossed when last looked at, however long it takes: their motions were
-  /// not proven, so that they may have come apart, and a tick that is cut off must not tell otherwise.
+  /// Looks again at the pairs that crossed when last looked at, with a little work: their motions were
+  /// not proven, so that they may have come apart, and a tick that is cut off should not tell otherwise.
   /// @return The tools that are apart again, but within the margin.
   ToolSet measure_crossing(const ToolPoses& poses, TickStatistics& work);
   /// The tools of a pair.

@@ -339,7 +339,7 @@ TEST_F(CommandLine, NamesWhatIsWrongWithAnOption) {
                "--axis-angle-a: the angle must be finite, not nan");
   expect_error({"distance", "sphere:1e61", "sphere:1"},
                "radius must be > 0 and at most 1e+60, not 1e+61");
-  expect_error({"info", ""}, "expected a mesh file or a shape, found ''");
+  expect_error({"info", ""}, "info: an argument is empty");
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ constexpr Scalar kTurnChange = 0.01;
 // act nothing takes a small gain away again, and rods that spin fast would exchange their spin for
 // other motions; there solves are repeated to the last value.
 constexpr Scalar kMostEnergyChange = 1e-3;
-constexpr Scalar kMostJointedEnergyChange = 1e-6;
-constexpr Scalar kSolvedEnergyChange = 1e-8;
+constexpr Scalar kMostJointedEnergyChange = 1e-6;  // literal: a part of 1e-3 in a thousand moves
+constexpr Scalar kSolvedEnergyChange = 1e-8;       // literal: far below that
 // Of the energy of an island, in one move.
 constexpr Scalar kMostJointGain = 3e-3;
 // In one that is too short to be shortened for a little.

@@ -28,9 +28,9 @@ TEST(RunSummary, TellsWhatHappenedInWordsAndFigures) {
         "Impact 1 at t = 0.333333333: mover meets rester\n",
         "  proven apart until t = 0.333333333, in contact by t = 0.34\n",
         "  gap at that time: at least 0.1, at most 0.2; closing at 2.5\n",
-        "  on mover: (0.142857, 2, 3), edge 4 5, triangle 17\n",
+        "  on mover: (0.142857143, 2, 3), edge 4 5, triangle 17\n",
         "  on rester: (0, 0, 0), smooth surface\n",
-        "  normal from mover to rester: (0.6, 0.8, 0); pivot (0.0714286, 1, 1.5)\n",
+        "  normal from mover to rester: (0.6, 0.8, 0); pivot (0.0714285714, 1, 1.5)\n",
         "  found with 33 node pairs, 22 leaf tests\n", "1 place in contact", "impulse on rester",
         "  2 proven steps, 0 of islands", "8 by query",
         "  integrator: 5 steps, 6 rejected, 7 force evaluations", "  time spent: 1.5 s\n"}) {
