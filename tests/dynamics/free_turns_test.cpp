@@ -8,6 +8,7 @@
 
 #include "dyop/core/rigid_pose.h"
 #include "support/inputs/random_inputs.h"
+#include "support/inputs/world_scenes.h"
 
 namespace dyop::dynamics_internal {
 namespace {
@@ -67,6 +68,55 @@ TEST(MeanFreeVelocity, TakesABodyWhereSmallStepsTakeIt) {
     // It keeps its energy.
     const Scalar energy = body.L_W.dot(velocity(body, body.R_WB));
     EXPECT_NEAR(body.L_W.dot(velocity(body, end)), energy, 1e-4 * energy);
+  }
+}
+
+// w without the locked components, so that the others of I w are those of L.
+Vector3 locked_velocity(const BodyDefinition& body, const Matrix3& R, const Vector3& L_W) {
+  const Matrix3 inertia_W = R * body.mass_properties.I_BBcm * R.transpose();
+  Matrix3 A = Matrix3::Identity();
+  Vector3 b = Vector3::Zero();
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    if (body.locked.rotation[std::size_t(k)]) continue;
+    A.row(k) = inertia_W.row(k);
+    b[k] = L_W[k];
+  }
+  return A.fullPivLu().solve(b);
+}
+
+Matrix3 turned_with_locks(const BodyDefinition& body, const Matrix3& R_WB, const Vector3& L_W,
+                          Scalar tau, int steps) {
+  Matrix3 R = R_WB;
+  for (int i = 0; i < steps; ++i) {
+    const Scalar h = tau / steps;
+    const Matrix3 middle = rotation_from_vector(h / 2 * locked_velocity(body, R, L_W)) * R;
+    R = rotation_from_vector(h * locked_velocity(body, middle, L_W)) * R;
+  }
+  return R;
+}
+
+TEST(MeanLockedVelocity, TakesABodyWhereSmallStepsTakeIt) {
+  std::mt19937_64 random(2);
+  for (int i = 0; i < 300; ++i) {
+    SCOPED_TRACE(i);
+    const Scalar tau = random_magnitude(-4, 4, random);
+    const Vector3 sides(random_magnitude(-1, 0, random), random_magnitude(-1, 0, random), 1);
+    BodyDefinition body = dynamic_body("box", std::make_shared<Box>(sides), Vector3::Zero());
+    for (const int k : {i % 3, (i + i / 3) % 3}) body.locked.rotation[std::size_t(k)] = true;
+    const Matrix3 R = random_rotation(random).toRotationMatrix();
+    body.initial.X_WB = RigidPose(R, Vector3::Zero());
+    const BodyRecord record = make_body_record(BodyId{0, 0}, body, 0);
+    const Vector3 L_W = random_magnitude(-4, 0, random) / tau *
+                        (body.mass_properties.I_BBcm * random_direction(random));
+    const Vector3 w_W = locked_velocity(body, R, L_W);
+    EXPECT_LT((record.angular_velocity(R, L_W) - w_W).norm(), 1e-9 * w_W.norm());
+    const Vector3 mean_W = mean_locked_velocity(record, R, L_W, tau, w_W);
+    const int steps = 200 + int(1000 * std::min(tau * w_W.norm(), Scalar{10}));
+    const Matrix3 coarse = turned_with_locks(body, R, L_W, tau, steps);
+    const Matrix3 fine = turned_with_locks(body, R, L_W, tau, 2 * steps);
+    const Matrix3 exact = fine + (fine - coarse) / 3;
+    EXPECT_LT((rotation_from_vector(tau * mean_W) * R - exact).norm(),
+              1e-5 * std::min(tau * w_W.norm(), Scalar{1}) + 1e-12);
   }
 }
 

@@ -219,6 +219,7 @@ std::string object(const std::string& body) {
 TEST_F(PlanningSceneFile, NamesWhatItCannotRead) {
   expect_refused("[1]", "an object");
   expect_refused("bodies: []", "expected a planning scene");
+  expect_refused("{world: {}, robot_sate: {}}", "unknown key 'robot_sate'");
   expect_refused("world: {colision_objects: []}", "unknown key 'colision_objects'");
   expect_refused(object("primitives: [{type: sphere, dimensions: [1]}], poze: {}"), "key 'poze'");
   expect_refused(object("primitives: []"), "neither primitives nor meshes");

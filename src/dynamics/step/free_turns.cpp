@@ -76,28 +76,6 @@ Vector3 nearest_branch(const Vector3& theta, const Vector3& guess) {
   return (1 + rounds * kRound / angle) * theta;
 }
 
-// mean_free_velocity() for a body with locked rotations. The locks change L about their own axes only,
-// where it does not count. In steps of fourth order ([Celledoni2003]).
-Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB, const Vector3& L_W,
-                             Scalar tau, const Vector3& w_W) {
-  const Scalar fastest = body.inverse_inertia_B.norm() * L_W.norm();
-  const Scalar pieces = std::ceil(tau * fastest / kLockedPiece);
-  if (!(pieces <= kMostLockedPieces)) return w_W;
-  const Scalar h = tau / pieces;
-  Matrix3 R = R_WB;
-  for (int i = 0; i < int(pieces); ++i) {
-    const Vector3 k_1 = body.angular_velocity(R, L_W);
-    const Matrix3 R_2 = rotation_from_vector(h / 2 * k_1) * R;
-    const Vector3 k_2 = body.angular_velocity(R_2, L_W);
-    const Vector3 k_3 = body.angular_velocity(rotation_from_vector(h / 2 * k_2) * R, L_W);
-    const Vector3 k_4 =
-        body.angular_velocity(rotation_from_vector(h * k_3 - h / 2 * k_1) * R_2, L_W);
-    R = rotation_from_vector(h / 12 * (3 * k_1 + 2 * (k_2 + k_3) - k_4)) * R;
-    R = rotation_from_vector(h / 12 * (3 * k_4 + 2 * (k_2 + k_3) - k_1)) * R;
-  }
-  return nearest_branch(rotation_vector(R * R_WB.transpose()), tau * w_W) / tau;
-}
-
 }  // namespace
 
 Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
@@ -115,6 +93,27 @@ Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB
     const Scalar length = std::min(left, turn.span());
     R = R * rotation_from_vector(turn.at(length).theta);
     left -= length;
+  }
+  return nearest_branch(rotation_vector(R * R_WB.transpose()), tau * w_W) / tau;
+}
+
+// In steps of fourth order ([Celledoni2003]).
+Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB, const Vector3& L_W,
+                             Scalar tau, const Vector3& w_W) {
+  const Scalar fastest = body.inverse_inertia_B.norm() * L_W.norm();
+  const Scalar pieces = std::max(std::ceil(tau * fastest / kLockedPiece), 1.0);
+  if (!(pieces <= kMostLockedPieces)) return w_W;
+  const Scalar h = tau / pieces;
+  Matrix3 R = R_WB;
+  for (int i = 0; i < int(pieces); ++i) {
+    const Vector3 k_1 = body.angular_velocity(R, L_W);
+    const Matrix3 R_2 = rotation_from_vector(h / 2 * k_1) * R;
+    const Vector3 k_2 = body.angular_velocity(R_2, L_W);
+    const Vector3 k_3 = body.angular_velocity(rotation_from_vector(h / 2 * k_2) * R, L_W);
+    const Vector3 k_4 =
+        body.angular_velocity(rotation_from_vector(h * k_3 - h / 2 * k_1) * R_2, L_W);
+    R = rotation_from_vector(h / 12 * (3 * k_1 + 2 * (k_2 + k_3) - k_4)) * R;
+    R = rotation_from_vector(h / 12 * (3 * k_4 + 2 * (k_2 + k_3) - k_1)) * R;
   }
   return nearest_branch(rotation_vector(R * R_WB.transpose()), tau * w_W) / tau;
 }

@@ -19,6 +19,11 @@ namespace dyop::dynamics_internal {
 DYOP_EXPORT Vector3 mean_free_velocity(const Matrix3& inverse_inertia_B, const Matrix3& R_WB,
                                        const Vector3& L_W, Scalar tau, const Vector3& w_W);
 
+/// The same for a body with locked rotations. The locks change L about their own axes only, where it
+/// does not count.
+DYOP_EXPORT Vector3 mean_locked_velocity(const BodyRecord& body, const Matrix3& R_WB,
+                                         const Vector3& L_W, Scalar tau, const Vector3& w_W);
+
 /// How the members of an island turn in a move of length tau. Impulses act at its start; after them
 /// a body turns as it does without torque, so it keeps its energy, however thin it is and however far
 /// it turns.

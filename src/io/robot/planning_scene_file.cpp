@@ -361,6 +361,9 @@ void PlanningSceneReader::read_allowed() {
 }
 
 PlanningScene PlanningSceneReader::read() {
+  root_.require_object({"name", "robot_state", "robot_model_name", "fixed_frame_transforms",
+                        "allowed_collision_matrix", "link_padding", "link_scale", "object_colors",
+                        "world", "is_diff"});
   if (root_.has("name") && root_.at("name").is_string()) scene_.name = root_.at("name").text();
   scene_.state = robot_.resting_state();
   read_frames();
