@@ -32,11 +32,11 @@ constexpr std::size_t kReservedPairs = 4096;
 // offset and than the options allow.
 constexpr Scalar kVagueShare = 0.25;
 
-// Checkpoints for pairs that crossed, after a tick was cut off.
-constexpr std::int64_t kCrossingWork = 2000;
-
 // It is then measured to this fraction of what is allowed, so that it lasts a while.
 constexpr Scalar kMeasuredShare = 0.9;
+
+// Checkpoints for pairs that crossed, after a tick was cut off.
+constexpr std::int64_t kCrossingWork = 2000;
 
 }  // namespace
 
@@ -183,6 +183,32 @@ PairImpact PairProofs::ask_again(const ToolPoses& from, ProxyPair& pair, const B
   return impact;
 }
 
+// Whether the distance alone tells that the pair stays apart.
+bool PairProofs::is_far(const ProxyPair& pair, Scalar moved, Scalar noise) const {
+  const Scalar margin = scene_.obstacles[pair.obstacle]->margin;
+  const Scalar lower = pair.distance.lower;
+  return (moved == 0 && lower > margin) || lower - moved - noise > margin + tolerance_;
+}
+
+void PairProofs::take_as_far(ProxyPair& pair) {
+  pair.eased_from = 0;
+  pair.level = 0;
+  pair.is_overlapping = false;
+  pair.is_new = false;
+}
+
+// The motion is free until the pair's impact, or as far as that was looked for.
+void PairProofs::end_at(const PairImpact& impact, const ProxyPair& pair,
+                        const std::optional<std::size_t>& other, Proof& proof) {
+  proof.t_safe = impact.t_safe;
+  proof.is_undecided = impact.status != ToiStatus::Impact;
+  proof.has_hit = impact.has_hit;
+  proof.hit = impact.hit;
+  proof.hit.body = pair.body;
+  proof.hit.obstacle = pair.obstacle;
+  proof.hit.other = other;
+}
+
 // Every pair of a body and a hard obstacle is proven apart by a bound of how far both can move, by
 // a query, or because neither moves; or it crosses and is reported.
 Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar duration,
@@ -196,12 +222,8 @@ Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar
     const Scalar moved = motion.largest_displacement(body, proof.t_safe) +
                          moved_by_obstacle(pair, motion, proof.t_safe);
     const Scalar noise = kStepNoise * size_of(from, pair, moved);
-    if ((moved == 0 && pair.distance.lower > obstacle.margin) ||
-        pair.distance.lower - moved - noise > obstacle.margin + tolerance_) {
-      pair.eased_from = 0;
-      pair.level = 0;
-      pair.is_overlapping = false;
-      pair.is_new = false;
+    if (is_far(pair, moved, noise)) {
+      take_as_far(pair);
       continue;
     }
     const auto other = scene_.body_of(pair.obstacle);
@@ -240,13 +262,7 @@ Proof PairProofs::prove(const ToolPoses& from, const ToolMotions& motion, Scalar
     const Scalar kept = pair.target + pair.tolerance / 4 - 2 * noise;
     if (impact.t_safe > 0) pair.proven = std::min(pair.proven, kept);
     if (impact.status == ToiStatus::Separated) continue;
-    proof.t_safe = impact.t_safe;
-    proof.is_undecided = impact.status != ToiStatus::Impact;
-    proof.has_hit = impact.has_hit;
-    proof.hit = impact.hit;
-    proof.hit.body = pair.body;
-    proof.hit.obstacle = pair.obstacle;
-    proof.hit.other = other;
+    end_at(impact, pair, other, proof);
     if (!(proof.t_safe > 0)) break;
   }
   return proof;

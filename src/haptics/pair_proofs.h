@@ -70,8 +70,8 @@ class PairProofs {
   /// Measures again the clearances whose bounds have become loose, as far as the share lasts.
   void measure(const ToolPoses& poses, WorkShare share, TickStatistics& work);
   NewNeighbours beside_new() const;
-  /// Looks again at the pairs that crossed when last looked at, with a little work: their motions were
-  /// not proven, so that they may have come apart, and a tick that is cut off should not tell otherwise.
+  /// Measures the pairs that were last found crossing, with little work. Nothing is proven of their
+  /// motions, so they may have come apart since, and a tick that was cut off has not looked.
   /// @return The tools that are apart again, but within the margin.
   ToolSet measure_crossing(const ToolPoses& poses, TickStatistics& work);
   /// The tools of a pair.
@@ -92,6 +92,10 @@ class PairProofs {
   void choose_band(ProxyPair& pair, Scalar noise) const;
   Scalar moved_by_obstacle(const ProxyPair& pair, const ToolMotions& motion, Scalar t) const;
   Scalar size_of(const ToolPoses& from, const ProxyPair& pair, Scalar moved) const;
+  bool is_far(const ProxyPair& pair, Scalar moved, Scalar noise) const;
+  static void take_as_far(ProxyPair& pair);
+  static void end_at(const PairImpact& impact, const ProxyPair& pair,
+                     const std::optional<std::size_t>& other, Proof& proof);
   void measure(const ToolPoses& poses, ProxyPair& pair, const DistanceWish& wish, WorkShare& share,
                TickStatistics& work);
   DistanceWish wish_for(std::size_t tool, std::size_t obstacle) const;

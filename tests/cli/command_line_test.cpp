@@ -124,7 +124,6 @@ TEST_F(CommandLine, RefusesWhatItDoesNotKnow) {
   expect_error({"distance", "sphere:1", "sphere:1", "--position-a", "1", "2", "x"}, "--position-a");
 }
 
-// Balls of radius 0.5 and 1 with centres 3 apart: 1.5.
 TEST_F(CommandLine, RefusesEmptyArguments) {
   expect_error({"distance", "sphere:1", ""}, "sphere:1: an argument is empty (see dyop distance");
   expect_error({"robot", "check", "a", "b", "--scene", ""}, "--scene: an argument is empty");
@@ -132,6 +131,7 @@ TEST_F(CommandLine, RefusesEmptyArguments) {
   expect_error({"", "sphere:1"}, "an argument is empty");
 }
 
+// Balls of radius 0.5 and 1 with centres 3 apart: 1.5.
 TEST_F(CommandLine, MeasuresADistance) {
   const CommandResult words =
       run_command({"distance", "sphere:0.5", "sphere:1", "--position-a", "-3", "0", "0"});

@@ -38,15 +38,24 @@ Vector3 velocity(const Spinning& body, const Matrix3& R) {
   return R * (body.inverse_inertia_B * (R.transpose() * body.L_W));
 }
 
-// The oracle: small steps of the midpoint rule, extrapolated.
-Matrix3 turned(const Spinning& body, Scalar tau, int steps) {
-  Matrix3 R = body.R_WB;
+// The oracle: small steps of the midpoint rule at a velocity that depends on R.
+template <typename Velocity>
+Matrix3 turned_in_steps(const Velocity& velocity_at, const Matrix3& R_WB, Scalar tau, int steps) {
+  Matrix3 R = R_WB;
   for (int i = 0; i < steps; ++i) {
     const Scalar h = tau / steps;
-    const Matrix3 middle = rotation_from_vector(h / 2 * velocity(body, R)) * R;
-    R = rotation_from_vector(h * velocity(body, middle)) * R;
+    const Matrix3 middle = rotation_from_vector(h / 2 * velocity_at(R)) * R;
+    R = rotation_from_vector(h * velocity_at(middle)) * R;
   }
   return R;
+}
+
+// Extrapolated.
+template <typename Velocity>
+Matrix3 turned(const Velocity& velocity_at, const Matrix3& R_WB, Scalar tau, int steps) {
+  const Matrix3 coarse = turned_in_steps(velocity_at, R_WB, tau, steps);
+  const Matrix3 fine = turned_in_steps(velocity_at, R_WB, tau, 2 * steps);
+  return fine + (fine - coarse) / 3;
 }
 
 TEST(MeanFreeVelocity, TakesABodyWhereSmallStepsTakeIt) {
@@ -61,9 +70,8 @@ TEST(MeanFreeVelocity, TakesABodyWhereSmallStepsTakeIt) {
     const Matrix3 end = rotation_from_vector(tau * w_W) * body.R_WB;
     const Scalar angle = tau * velocity(body, body.R_WB).norm();
     const int steps = 200 + static_cast<int>(2000 * std::min(angle, Scalar{10}));
-    const Matrix3 coarse = turned(body, tau, steps);
-    const Matrix3 fine = turned(body, tau, 2 * steps);
-    const Matrix3 exact = fine + (fine - coarse) / 3;
+    const Matrix3 exact =
+        turned([&](const Matrix3& R) { return velocity(body, R); }, body.R_WB, tau, steps);
     EXPECT_LT((end - exact).norm(), 3e-6 * std::min(angle, Scalar{1}) + 1e-13);
     // It keeps its energy.
     const Scalar energy = body.L_W.dot(velocity(body, body.R_WB));
@@ -84,17 +92,6 @@ Vector3 locked_velocity(const BodyDefinition& body, const Matrix3& R, const Vect
   return A.fullPivLu().solve(b);
 }
 
-Matrix3 turned_with_locks(const BodyDefinition& body, const Matrix3& R_WB, const Vector3& L_W,
-                          Scalar tau, int steps) {
-  Matrix3 R = R_WB;
-  for (int i = 0; i < steps; ++i) {
-    const Scalar h = tau / steps;
-    const Matrix3 middle = rotation_from_vector(h / 2 * locked_velocity(body, R, L_W)) * R;
-    R = rotation_from_vector(h * locked_velocity(body, middle, L_W)) * R;
-  }
-  return R;
-}
-
 TEST(MeanLockedVelocity, TakesABodyWhereSmallStepsTakeIt) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 300; ++i) {
@@ -112,9 +109,8 @@ TEST(MeanLockedVelocity, TakesABodyWhereSmallStepsTakeIt) {
     EXPECT_LT((record.angular_velocity(R, L_W) - w_W).norm(), 1e-9 * w_W.norm());
     const Vector3 mean_W = mean_locked_velocity(record, R, L_W, tau, w_W);
     const int steps = 200 + int(1000 * std::min(tau * w_W.norm(), Scalar{10}));
-    const Matrix3 coarse = turned_with_locks(body, R, L_W, tau, steps);
-    const Matrix3 fine = turned_with_locks(body, R, L_W, tau, 2 * steps);
-    const Matrix3 exact = fine + (fine - coarse) / 3;
+    const Matrix3 exact =
+        turned([&](const Matrix3& at) { return locked_velocity(body, at, L_W); }, R, tau, steps);
     EXPECT_LT((rotation_from_vector(tau * mean_W) * R - exact).norm(),
               1e-5 * std::min(tau * w_W.norm(), Scalar{1}) + 1e-12);
   }

@@ -78,6 +78,14 @@ struct Theatre {
     }
     return tick;
   }
+  // By samples, where the tool is at the tick's end.
+  void expect_true_clearance(const HapticTick& tick) const {
+    const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
+    const auto truth = testing::sample_distance(*ball, still, mesh.triangles,
+                                                {mesh.vertices, mesh.vertices}, 0, 1e-4);
+    EXPECT_LE(tick.clearances[0].lower, truth.least + 1e-4);
+    EXPECT_GE(tick.clearances[0].upper, truth.least);
+  }
   Scalar height() const { return session->last().tool.X_WT.translation().z(); }
 
   testing::MeshArrays sheet;
@@ -253,12 +261,8 @@ TEST(ToolCut, WhereverTheTickAfterItIsCutOffBoundsHold) {
         EXPECT_LE(tick.statistics.checkpoints, checkpoint);
         cut_off += tick.cutoff.has_value();
         EXPECT_EQ(tick.status == HapticStatus::Overlapping, height > 1) << checkpoint;
-        const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
-        const auto truth =
-            testing::sample_distance(*theatre.ball, still, theatre.mesh.triangles,
-                                     {theatre.mesh.vertices, theatre.mesh.vertices}, 0, 1e-4);
-        EXPECT_LE(tick.clearances[0].lower, truth.least + 1e-4) << checkpoint;
-        EXPECT_GE(tick.clearances[0].upper, truth.least) << checkpoint;
+        SCOPED_TRACE(checkpoint);
+        theatre.expect_true_clearance(tick);
       }
       for (int k = 0; k < 300 && theatre.session->last().status != HapticStatus::Held; ++k) {
         theatre.session->update(device, kMillisecond);
@@ -290,12 +294,8 @@ TEST(ToolCut, AMeshThatTakesOverWithinATickIsReportedWhereverThatIsCutOff) {
       ended_there += std::abs(tick.path.back().time - 0.4 * kMillisecond) < 1e-9 ? 1 : 0;
       EXPECT_EQ(tick.status == HapticStatus::Overlapping, height > 1) << checkpoint;
       EXPECT_EQ(session.tissue_vertices(0), theatre.mesh.vertices);
-      const testing::ToolSpan still{tick.tool.X_WT, tick.tool.X_WT};
-      const auto truth =
-          testing::sample_distance(*theatre.ball, still, theatre.mesh.triangles,
-                                   {theatre.mesh.vertices, theatre.mesh.vertices}, 0, 1e-4);
-      EXPECT_LE(tick.clearances[0].lower, truth.least + 1e-4) << checkpoint;
-      EXPECT_GE(tick.clearances[0].upper, truth.least) << checkpoint;
+      SCOPED_TRACE(checkpoint);
+      theatre.expect_true_clearance(tick);
     }
   }
   EXPECT_GT(ended_there, 4);

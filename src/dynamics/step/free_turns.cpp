@@ -39,6 +39,12 @@ Scalar kinetic_energy(const BodyRecord& body, const Vector3& v_W, const Matrix3&
   return (v_W.squaredNorm() / body.inverse_mass + L_W.dot(body.angular_velocity(R_WB, L_W))) / 2;
 }
 
+// Of a body that moves by the rest offset in a step.
+Scalar slow_energy(const SubstepProblem& substep, const BodyRecord& body) {
+  const Scalar slowly = substep.rest_offset() / substep.run().context().h;
+  return slowly * slowly / (2 * body.inverse_mass);
+}
+
 // Whether nothing but joints that do no work acts on the members.
 bool is_held_by_joints_alone(const SubstepProblem& substep) {
   if (!substep.is_held_by_joints() || !substep.run().springs().empty()) return false;
@@ -148,19 +154,17 @@ void FreeTurns::set_free_velocities(const std::vector<Vector3>& L_W, ContactProb
 bool FreeTurns::follow(const SubstepProblem& substep, std::vector<Vector3> L_W) {
   L_W_ = std::move(L_W);
   const Scalar most_energy = substep.is_held_by_joints() ? kSolvedEnergyChange : kMostEnergyChange;
-  const Scalar slowly = substep.rest_offset() / run_.context().h;
   bool has_changed = false;
   for (std::size_t i = 0; i < L_W_.size(); ++i) {
     const Vector3 before_W = corrections_W_[i];
     corrections_W_[i] = correction(i, L_W_[i], substep.problem().bodies[i].w_W);
     const Vector3 change_W = tau_ * (corrections_W_[i] - before_W);
     const Vector3& w_W = substep.problem().bodies[i].w_W;
-    has_changed =
-        has_changed ||
-        change_W.norm() * run_.members()[i].body->radius > kTurnChange * substep.rest_offset() ||
-        std::abs(change_W.dot(w_W.cross(L_W_[i]))) >
-            most_energy *
-                (w_W.dot(L_W_[i]) + slowly * slowly / run_.members()[i].body->inverse_mass);
+    const BodyRecord& body = *run_.members()[i].body;
+    const Scalar energy = w_W.dot(L_W_[i]) / 2 + slow_energy(substep, body);
+    has_changed = has_changed ||
+                  change_W.norm() * body.radius > kTurnChange * substep.rest_offset() ||
+                  std::abs(change_W.dot(w_W.cross(L_W_[i]))) > 2 * most_energy * energy;
   }
   return has_changed;
 }
@@ -173,22 +177,20 @@ bool FreeTurns::joints_add_energy(const SubstepProblem& substep, std::span<const
   Scalar before = 0;
   Scalar after = 0;
   Scalar recovery = 0;  // may be this fast
-  const Scalar slowly = substep.rest_offset() / h;
   for (std::size_t i = 0; i < L_W.size(); ++i) {
     const BodyRecord& body = *run_.members()[i].body;
     const Matrix3& R = run_.members()[i].state.X_WM.rotation();
     before += kinetic_energy(body, substep.problem().bodies[i].free_v_W, R, free_L_W_[i]);
     after += kinetic_energy(body, v_W[i], ends[i].rotation(), L_W[i]);
-    recovery += slowly * slowly / (2 * body.inverse_mass);
+    recovery += slow_energy(substep, body);
   }
   const Scalar most = tau_ > kLeastJointedSubstep * h ? kMostJointGain : kMostShortJointGain;
   return after - before > most * after + recovery;
 }
 
 bool FreeTurns::change_energy(const SubstepProblem& substep) const {
-  const Scalar h = run_.context().h;
-  const Scalar slowly = substep.rest_offset() / h;
-  const bool is_exact = substep.is_held_by_joints() && tau_ > kLeastJointedSubstep * h;
+  const bool is_exact =
+      substep.is_held_by_joints() && tau_ > kLeastJointedSubstep * run_.context().h;
   const Scalar most = is_exact ? kMostJointedEnergyChange : kMostEnergyChange;
   for (std::size_t i = 0; i < L_W_.size(); ++i) {
     if (L_W_[i].isZero(0)) continue;
@@ -198,8 +200,7 @@ bool FreeTurns::change_energy(const SubstepProblem& substep) const {
     const Matrix3 R_end = rotation_from_vector(tau_ * moved.w_W) * R;
     const Scalar at_start = kinetic_energy(body, moved.v_W, R, L_W_[i]);
     const Scalar at_end = kinetic_energy(body, moved.v_W, R_end, L_W_[i]);
-    const Scalar slow = slowly * slowly / (2 * body.inverse_mass);
-    if (std::abs(at_end - at_start) > most * (at_start + slow)) return true;
+    if (std::abs(at_end - at_start) > most * (at_start + slow_energy(substep, body))) return true;
   }
   return false;
 }

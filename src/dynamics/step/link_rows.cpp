@@ -683,7 +683,7 @@ JointPlace JointTension::place_at(Scalar part, const JointState& joint) const {
 void JointTension::take_middle_rows(Joint& joint) {
   const BodyRecord& a = substep_.run().context().body(joint.state->definition.a.slot);
   const BodyRecord& b = substep_.run().context().body(joint.state->definition.b.slot);
-  const JointPlace start = place_at(0, *joint.state);
+  const JointPlace start = joint_places(substep_.run(), *joint.state)[0];
   const JointPlace end = place_at(1, *joint.state);
   JointPlace middle = place_at(0.5, *joint.state);
   const auto set_mean = [](const RigidPose& x, const RigidPose& y, RigidPose& mean) {

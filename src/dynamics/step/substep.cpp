@@ -686,6 +686,7 @@ class Substep {
   }
   std::optional<bool> update_errors();
   void make_moves();
+  void note_change();
   bool turns_are_guessed() const;
   bool converges() const { return substep_.is_held_by_joints() && is_solved_ && converges_; }
   bool answer_hits();
@@ -797,9 +798,7 @@ void Substep::solve_move() {
 }
 
 void Substep::make_moves() {
-  const std::vector<BodyMove> before = std::move(moves_);
-  const Scalar most = kConverging * change_.value_or(kInfinity);
-  if (!before.empty()) change_ = 0;
+  note_change();
   moves_.clear();
   poses_.end.clear();
   for (std::size_t i = 0; i < run_.members().size(); ++i) {
@@ -807,9 +806,18 @@ void Substep::make_moves() {
     const ContactBody& body = substep_.problem().bodies[i];
     moves_.push_back(twist_move(*member.body, member.state, run_.now(), body.v_W, body.w_W));
     poses_.end.push_back(moves_.back().motion->pose(run_.now() + tau_));
-    if (change_) change_ = std::max(*change_, tau_ * (body.w_W - before[i].w_W).norm());
   }
-  converges_ = change_ && *change_ <= most;
+}
+
+// Between the moves of the solve before, if there was one, and the last solve.
+void Substep::note_change() {
+  if (moves_.empty()) return;
+  Scalar change = 0;
+  for (std::size_t i = 0; i < moves_.size(); ++i) {
+    change = std::max(change, tau_ * (substep_.problem().bodies[i].w_W - moves_[i].w_W).norm());
+  }
+  converges_ = !change_ || change <= kConverging * *change_;
+  change_ = change;
 }
 
 // Whether joints alone act, and the last solve still turned the members elsewhere.

@@ -7,8 +7,8 @@ import {newState} from './motion.js';
 import {Player} from './player.js';
 import {Run} from './run.js';
 
-// Milliseconds of reading between two pictures. Those of a run that is over are spaced out: each time
-// is twice the last one, so that pictures hold up the reading by little.
+// Milliseconds of reading between two pictures. Of a run that is over each time is twice the last one,
+// so that pictures hardly delay the reading.
 const kReadingTurn = 200;
 
 const byId = (id) => document.getElementById(id);
